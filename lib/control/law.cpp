@@ -1,0 +1,30 @@
+#include "control/law.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+JointVector feedback_linearise(const JointVector& drift, const JointMatrix& gain, const JointVector& acceleration) {
+  JointVector u = acceleration - drift;
+  if (u.size() == 1) {
+    u[0] /= gain(0, 0);
+  } else {
+    u = gain.partialPivLu().solve(u).eval();
+  }
+  if (!u.allFinite()) throw NumericalError("the control input is not finite: the input gain cannot be inverted");
+  return u;
+}
+
+JointVector limited(const JointVector& u, const std::vector<double>& limit) {
+  JointVector result = u;
+  for (Eigen::Index i = 0; i < u.size() && !limit.empty(); ++i) {
+    const double bound = limit.size() == 1 ? limit[0] : limit[i];
+    result[i] = std::clamp(u[i], -bound, bound);
+  }
+  return result;
+}
+
+}  // namespace bayesctrl

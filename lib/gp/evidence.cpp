@@ -1,0 +1,183 @@
+#include "gp/evidence.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.hpp"
+#include "numerics/minimize.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+Eigen::VectorXd residuals(const GaussianProcess& prior, const Posterior& data) {
+  Eigen::VectorXd rest(data.size());
+  for (int i = 0; i < data.size(); ++i) {
+    const Eigen::VectorXd x = data.inputs().points().row(i);
+    rest[i] = data.targets()[i] - prior.prior_mean({x.data(), static_cast<std::size_t>(x.size())});
+  }
+  return rest;
+}
+
+/// Calls f(j, first, block of inputs, x_j) for the blocks that cover rows j + 1 .. n - 1 of each column j.
+void for_each_block(const Inputs& inputs, auto&& f) {
+  const int n = inputs.size();
+  const Eigen::MatrixXd rows = inputs.points().transpose();  // one input per column, contiguous
+  for (int j = 0; j < n; ++j) {
+    for (int first = j + 1; first < n; first += kBlock) {
+      f(j, first, inputs.block(first, std::min(kBlock, n - first)), rows.col(j).data());
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> evidence_parameters(const GaussianProcess& prior) {
+  Kernel kernel = prior.kernel;
+  std::vector<std::string> names;
+  for (const HyperParameter& parameter : hyper_parameters(kernel)) names.push_back("kernel." + parameter.name);
+  names.emplace_back("noise_variance");
+  return names;
+}
+
+Evidence evidence(const GaussianProcess& prior, const Posterior& data) {
+  const int n = data.size();
+  const auto parameters = static_cast<Eigen::Index>(evidence_parameters(prior).size());
+  Evidence result{0.0, Eigen::VectorXd::Zero(parameters)};
+  if (n == 0) return result;
+
+  // One pass over the kernel for its values, the factorisation, then a second pass for the derivatives: the weights of
+  // the derivatives are known only after the factorisation, and keeping all derivatives would take O(n^2) memory each.
+  Eigen::MatrixXd covariance(n, n);
+  const double diagonal = variance(prior.kernel) + prior.noise_variance;
+  covariance.diagonal().setConstant(diagonal);
+  BlockArray k;
+  for_each_block(data.inputs(), [&](int j, int first, const InputBlock& block, const double* x) {
+    evaluate(prior.kernel, block, x, k);
+    covariance.col(j).segment(first, block.count) = k.matrix();
+  });
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success || !covariance.allFinite()) {
+    throw NumericalError("the covariance matrix of " + std::to_string(n) + " samples is not positive definite");
+  }
+  const Eigen::VectorXd rest = residuals(prior, data);
+  const Eigen::VectorXd alpha = factor.solve(rest);
+  const double half_log_determinant = factor.matrixLLT().diagonal().array().log().sum();
+  result.value = -0.5 * rest.dot(alpha) - half_log_determinant - 0.5 * n * std::log(2.0 * std::numbers::pi);
+
+  // d value / d theta = sum_ij W_ij dK_ij / 2 with W = alpha alpha^T - K^-1.
+  Eigen::MatrixXd weights = factor.solve(Eigen::MatrixXd::Identity(n, n));
+  weights = alpha * alpha.transpose() - weights;
+  BlockGradient gradient;
+  for_each_block(data.inputs(), [&](int j, int first, const InputBlock& block, const double* x) {
+    differentiate(prior.kernel, block, x, k, gradient);
+    result.gradient.head(parameters - 1).noalias() +=
+        gradient.matrix().transpose() * weights.col(j).segment(first, block.count);
+  });
+  const Eigen::VectorXd origin = Eigen::VectorXd::Zero(data.dimension());
+  const InputBlock one{origin.data(), 1, 1, data.dimension()};
+  differentiate(prior.kernel, one, origin.data(), k, gradient);
+  const double trace = weights.trace();
+  result.gradient.head(parameters - 1) += 0.5 * trace * gradient.row(0).transpose().matrix();
+  result.gradient[parameters - 1] = 0.5 * trace * prior.noise_variance;
+  return result;
+}
+
+std::string EvidenceBounds::problem() const {
+  std::string text;
+  fields(*this, [&](std::string_view name, const std::vector<double>& bound, const Info&) {
+    if (text.empty() && (bound.size() != 2 || bound[0] > bound[1])) {
+      text = std::string(name) + " needs two bounds, the lowest first";
+    }
+  });
+  return text;
+}
+
+namespace {
+
+/// The parameters that may move, as pointers into a prior, with their bounds in logarithms.
+struct FreeParameters {
+  std::vector<double*> values;
+  std::vector<Eigen::Index> index;  // place in the evidence's gradient
+  std::vector<double> low, high;
+};
+
+FreeParameters free_parameters(GaussianProcess& prior, const EvidenceBounds& bounds) {
+  FreeParameters free;
+  Eigen::Index index = 0;
+  const auto add = [&](double& value, const std::vector<double>& bound) {
+    if (std::isfinite(value)) {
+      value = std::min(std::max(value, bound[0]), bound[1]);
+      if (bound[0] < bound[1]) {
+        free.values.push_back(&value);
+        free.index.push_back(index);
+        free.low.push_back(std::log(bound[0]));
+        free.high.push_back(std::log(bound[1]));
+      }
+    }
+    ++index;
+  };
+  for (const HyperParameter& parameter : hyper_parameters(prior.kernel)) {
+    add(*parameter.value, parameter.field == "output_scale"    ? bounds.output_scale
+                          : parameter.field == "length_scales" ? bounds.length_scale
+                          : parameter.field == "shape"         ? bounds.shape
+                                                               : bounds.period);
+  }
+  add(prior.noise_variance, bounds.noise_variance);
+  return free;
+}
+
+Eigen::VectorXd to_vector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+}  // namespace
+
+EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
+                                  RandomStream& random) {
+  EvidenceSummary best{prior, -kInfinity, 0, false};
+  GaussianProcess candidate = prior;
+  const FreeParameters free = free_parameters(candidate, options.bounds);
+  best.prior = candidate;
+  if (free.values.empty() || data.size() == 0) {
+    best.value = evidence(candidate, data).value;
+    best.converged = true;
+    return best;
+  }
+  const auto size = static_cast<Eigen::Index>(free.values.size());
+  const auto place = [&](const Eigen::VectorXd& x) {
+    for (Eigen::Index i = 0; i < size; ++i) *free.values[i] = std::exp(x[i]);
+  };
+  const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    place(x);
+    try {
+      const Evidence result = evidence(candidate, data);
+      for (Eigen::Index i = 0; i < size; ++i) gradient[i] = -result.gradient[free.index[i]];
+      return -result.value;
+    } catch (const NumericalError&) {
+      return kInfinity;  // outside the region in which the covariance can be factorised
+    }
+  };
+  const Eigen::VectorXd low = to_vector(free.low), high = to_vector(free.high);
+  for (int start = 0; start <= options.restarts; ++start) {
+    Eigen::VectorXd x(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      x[i] = start == 0 ? std::log(*free.values[i]) : draw_uniform(random, low[i], high[i]);
+    }
+    const MinimizeSummary summary = minimize(objective, x, low, high, {.max_evaluations = options.max_evaluations});
+    best.evaluations += summary.evaluations;
+    if (-summary.value > best.value) {
+      place(summary.x);
+      best.prior = candidate;
+      best.value = -summary.value;
+      best.converged = summary.converged;
+    }
+  }
+  if (!std::isfinite(best.value) || best.value <= -1e299) {
+    throw NumericalError("the marginal likelihood could not be evaluated at any starting point");
+  }
+  return best;
+}
+
+}  // namespace bayesctrl

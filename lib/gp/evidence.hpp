@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/random.hpp"
+#include "gp/process.hpp"
+
+namespace bayesctrl {
+
+/// Log marginal likelihood and its gradient by the logarithm of each parameter in the order of `evidence_parameters`.
+struct Evidence {
+  double value = 0.0;
+  Eigen::VectorXd gradient;
+};
+
+/// Names of what the evidence depends on: the kernel's hyper-parameters as "kernel.<path>", then "noise_variance".
+std::vector<std::string> evidence_parameters(const GaussianProcess& prior);
+
+/// log p(y | X) and its analytic gradient (Rasmussen & Williams 2006, Eq. 5.9), O(n^3). Throws NumericalError if the
+/// covariance is not positive definite. Takes inputs and targets from `data`; noise is the prior's for every sample.
+Evidence evidence(const GaussianProcess& prior, const Posterior& data);
+
+/// Bounds on the hyper-parameters; a parameter whose bounds coincide is fixed there, an infinite length scale stays.
+struct EvidenceBounds {
+  std::vector<double> output_scale{1e-3, 1e3};
+  std::vector<double> length_scale{1e-2, 1e3};
+  std::vector<double> shape{1e-2, 1e3};
+  std::vector<double> period{1e-1, 1e2};
+  std::vector<double> noise_variance{1e-8, 1e2};
+
+  static void fields(auto& self, auto&& field) {
+    field("output_scale", self.output_scale, {kPositive, "output unit", "lowest and highest output scale"});
+    field("length_scale", self.length_scale, {kPositive, "input unit", "lowest and highest length scale"});
+    field("shape", self.shape, {kPositive, "", "lowest and highest shape of a rational quadratic"});
+    field("period", self.period, {kPositive, "input unit", "lowest and highest period"});
+    field("noise_variance", self.noise_variance, {kPositive, "output unit squared", "lowest and highest noise variance"});
+  }
+  std::string problem() const;
+  bool operator==(const EvidenceBounds&) const = default;
+};
+
+struct EvidenceOptions {
+  EvidenceBounds bounds;
+  int max_evaluations = 100;  // of the likelihood, for each start
+  int restarts = 0;           // further starts, drawn log-uniformly within the bounds
+
+  static void fields(auto& self, auto&& field) {
+    field("bounds", self.bounds, {.text = "bounds of the hyper-parameters"});
+    field("max_evaluations", self.max_evaluations, {between(1, 1e6), "", "evaluations of the likelihood for each start"});
+    field("restarts", self.restarts, {between(0, 1000), "", "further starts, drawn log-uniformly within the bounds"});
+  }
+  bool operator==(const EvidenceOptions&) const = default;
+};
+
+struct EvidenceSummary {
+  GaussianProcess prior;  // with the best hyper-parameters found
+  double value = 0.0;     // its log marginal likelihood
+  int evaluations = 0;
+  bool converged = false;
+};
+
+/// Maximises the log marginal likelihood over the logarithms of the hyper-parameters by bounded L-BFGS, starting at
+/// `prior`. Never returns a prior whose likelihood is below that of the (bounded) start.
+EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
+                                  RandomStream& random);
+
+}  // namespace bayesctrl

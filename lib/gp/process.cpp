@@ -1,0 +1,113 @@
+#include "gp/process.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "base/error.hpp"
+#include "base/format.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+int rounded_up(int n, int multiple) { return (n + multiple - 1) / multiple * multiple; }
+
+/// One buffer a thread, so that prediction is const, allocates nothing and may run in several threads.
+double* scratch(std::size_t size) {
+  thread_local std::vector<double> buffer(1024);
+  if (buffer.size() < size) buffer.resize(2 * size);
+  return buffer.data();
+}
+
+}  // namespace
+
+Posterior::Posterior(GaussianProcess prior, int dimension)
+    : prior_(std::move(prior)), prior_variance_(variance(prior_.kernel)), inputs_(dimension) {
+  require_dimension(prior_.kernel, dimension);
+}
+
+void Posterior::reserve(int samples) {
+  inputs_.reserve(samples);
+  targets_.reserve(samples);
+  noise_variances_.reserve(samples);
+  z_.reserve(rounded_up(samples, GrowingCholesky::kPanel));
+  factor_.reserve(samples);
+  scratch(rounded_up(samples, GrowingCholesky::kPanel) + GrowingCholesky::kPanel);
+}
+
+double* Posterior::covariances(std::span<const double> x) const {
+  const int padded = factor_.padded_size();
+  double* k = scratch(padded + GrowingCholesky::kPanel);
+  BlockArray block;
+  for (int first = 0; first < padded; first += kBlock) {
+    const int count = std::min(kBlock, padded - first);
+    evaluate(prior_.kernel, inputs_.block(first, count), x.data(), block);
+    Eigen::Map<BlockArray>(k + first, count) = block;
+  }
+  for (int i = size(); i < padded + GrowingCholesky::kPanel; ++i) k[i] = 0.0;
+  return k;
+}
+
+void Posterior::extend(std::span<const double> x, double y) { extend(x, y, prior_.noise_variance); }
+
+void Posterior::extend(std::span<const double> x, double y, double noise_variance) {
+  if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("a sample of another dimension");
+  bool finite = std::isfinite(y) && std::isfinite(noise_variance) && noise_variance >= 0.0;
+  for (const double value : x) finite = finite && std::isfinite(value);
+  if (!finite) throw NumericalError("a training sample is not finite (target " + format(y, 6) + ")");
+  if (size() == static_cast<int>(targets_.capacity())) reserve(2 * size() + kBlock);
+
+  const int n = size();
+  double* row = covariances(x);
+  const double root = factor_.append(row, prior_variance_ + noise_variance);
+  double rest = y - prior_.prior_mean(x);
+  for (int j = 0; j < n; ++j) rest -= row[j] * z_[j];
+  z_.resize(factor_.padded_size(), 0.0);
+  z_[n] = rest / root;
+  inputs_.append(x.data());
+  targets_.push_back(y);
+  noise_variances_.push_back(noise_variance);
+}
+
+Marginal Posterior::predict(std::span<const double> x) const {
+  if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("an input of another dimension");
+  double* v = covariances(x);
+  factor_.solve_lower(v);
+  const Eigen::Map<const Eigen::VectorXd> solved(v, factor_.padded_size());
+  const Eigen::Map<const Eigen::VectorXd> z(z_.data(), factor_.padded_size());
+  return {prior_.prior_mean(x) + solved.dot(z), std::max(0.0, prior_variance_ - solved.squaredNorm())};
+}
+
+double Posterior::log_marginal_likelihood() const {
+  double squares = 0.0;
+  for (const double z : z_) squares += z * z;
+  return -0.5 * (squares + factor_.log_determinant() + size() * std::log(2.0 * std::numbers::pi));
+}
+
+Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::span<const double> targets,
+                    std::span<const double> noise_variances) {
+  if (inputs.rows() != static_cast<Eigen::Index>(targets.size())) throw std::invalid_argument("one target per input");
+  if (!noise_variances.empty() && noise_variances.size() != targets.size()) {
+    throw std::invalid_argument("one noise variance per input");
+  }
+  Posterior posterior(prior, static_cast<int>(inputs.cols()));
+  posterior.reserve(static_cast<int>(targets.size()));
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const Eigen::VectorXd x = inputs.row(i);
+    posterior.extend({x.data(), static_cast<std::size_t>(x.size())}, targets[i],
+                     noise_variances.empty() ? prior.noise_variance : noise_variances[i]);
+  }
+  return posterior;
+}
+
+Posterior condition(const GaussianProcess& prior, const Posterior& data) {
+  return condition(prior, data.inputs().points(), data.targets());
+}
+
+Marginal exponential_of(const Marginal& log_value) {
+  const double mean = std::exp(log_value.mean + 0.5 * log_value.variance);
+  return {mean, mean * mean * std::expm1(log_value.variance)};
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "gp/inputs.hpp"
+#include "gp/kernel.hpp"
+#include "numerics/growing_cholesky.hpp"
+
+namespace bayesctrl {
+
+/// Mean and variance of a scalar; the variance is that of the latent function, observation noise excluded.
+struct Marginal {
+  double mean = 0.0;
+  double variance = 0.0;
+};
+
+/// A function of the input that a prior may use as its mean, e.g. the drift of a nominal model.
+using MeanFunction = std::function<double(std::span<const double>)>;
+
+/// Gaussian process prior f ~ GP(mean + mean_function(x), k) with observations y = f(x) + noise.
+struct GaussianProcess {
+  static constexpr std::string_view kName = "gaussian_process";
+  static constexpr std::string_view kText = "f ~ GP(mean, kernel), observed as f + noise";
+  double mean = 0.0;
+  double noise_variance = 1e-4;
+  Kernel kernel;
+  MeanFunction mean_function;  // optional, added to `mean`; set by code, not read from specs
+
+  static void fields(auto& self, auto&& field) {
+    field("mean", self.mean, {kAny, "output unit", "constant prior mean, added to the prior model's if there is one"});
+    field("noise_variance", self.noise_variance, {kNonNegative, "output unit squared", "variance of the observations"});
+    field("kernel", self.kernel, {.text = "covariance of the function", .required = true});
+  }
+
+  double prior_mean(std::span<const double> x) const { return mean_function ? mean + mean_function(x) : mean; }
+};
+
+/// A prior with the data absorbed: n inputs X, targets y, noise S (diagonal). Keeps L of K + S = L L^T and z = L^-1 (y -
+/// m(X)), so that E f(x) = m(x) + (L^-1 k) . z and var f(x) = k(x, x) - |L^-1 k|^2 (Rasmussen & Williams 2006, Alg. 2.1).
+class Posterior {
+ public:
+  Posterior() = default;
+
+  /// No data yet. Throws std::invalid_argument unless the kernel has one length scale per dimension.
+  Posterior(GaussianProcess prior, int dimension);
+
+  const GaussianProcess& prior() const { return prior_; }
+  int size() const { return inputs_.size(); }
+  int dimension() const { return inputs_.dimension(); }
+  const Inputs& inputs() const { return inputs_; }
+  const std::vector<double>& targets() const { return targets_; }
+  const std::vector<double>& noise_variances() const { return noise_variances_; }
+
+  /// Makes room, so that absorbing up to `samples` points allocates nothing.
+  void reserve(int samples);
+
+  /// Absorbs one more sample, O(n^2), with the prior's noise variance or the sample's own.
+  /// Throws NumericalError for a value that is not finite or a covariance that is not positive definite, and is then
+  /// as it was before.
+  void extend(std::span<const double> x, double y);
+  void extend(std::span<const double> x, double y, double noise_variance);
+
+  /// Mean and variance of f(x), O(n^2). Allocates nothing.
+  Marginal predict(std::span<const double> x) const;
+
+  /// log p(y | X) (Rasmussen & Williams 2006, Eq. 2.30).
+  double log_marginal_likelihood() const;
+
+ private:
+  /// k(x, X), padded with zeros, in a scratch buffer of the calling thread.
+  double* covariances(std::span<const double> x) const;
+
+  GaussianProcess prior_;
+  double prior_variance_ = 0.0;
+  Inputs inputs_;
+  std::vector<double> targets_;
+  std::vector<double> noise_variances_;
+  std::vector<double> z_;  // padded with zeros
+  GrowingCholesky factor_;
+};
+
+/// Prior and data to posterior. `inputs`: n x dimension. `noise_variances` is one per sample (heteroscedastic), or
+/// empty for the prior's.
+Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::span<const double> targets,
+                    std::span<const double> noise_variances = {});
+
+/// The same data under another prior.
+Posterior condition(const GaussianProcess& prior, const Posterior& data);
+
+/// Mean of exp(f) for f ~ N(m, s2): exp(m + s2/2) (the paper's mean of b). Variance: exp(2m + s2)(exp(s2) - 1); the
+/// paper prints exp(2m + s2) exp(s2 - 1), which does not vanish with s2.
+Marginal exponential_of(const Marginal& log_value);
+
+}  // namespace bayesctrl

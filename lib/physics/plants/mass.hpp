@@ -1,0 +1,27 @@
+#pragma once
+
+#include "physics/affine.hpp"
+
+namespace bayesctrl {
+
+/// m q'' = u - friction q': a slide driven by a force, or a bare rotor driven by a torque.
+struct Mass {
+  static constexpr std::string_view kName = "mass";
+  static constexpr std::string_view kText = "a slide driven by a force, or a bare rotor driven by a torque";
+  static constexpr int kJoints = 1;
+  double mass = 1.0;
+  double friction = 0.0;
+
+  static void fields(auto& self, auto&& field) {
+    field("mass", self.mass, {kPositive, "kg", "moving mass, or inertia in kg m^2"});
+    field("friction", self.friction, {kNonNegative, "N s/m", "viscous friction"});
+  }
+
+  Affine affine(const JointVector& /*q*/, const JointVector& v) const {
+    return Affine::scalar(-friction / mass * v[0], 1.0 / mass);
+  }
+
+  bool operator==(const Mass&) const = default;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,208 @@
+#include "sim/loop.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "numerics/detail/dormand_prince.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+/// The learner's memory between control calls.
+struct Learning {
+  std::optional<Probe> probe;
+  long next_instant = 0;
+  std::array<StateVector, 3> samples;  // measured since the probe began
+};
+
+/// One run of one controller on one plant; the types are fixed so that the inner loop has no dispatch.
+template <class PlantType, class ControllerType>
+class Loop {
+  static constexpr std::size_t kJoints = PlantType::kJoints;
+  using OdeState = std::array<double, 2 * kJoints + 2>;  // q, v, integral of |u|^2, integral of |x - xi|^2
+
+ public:
+  Loop(const LoopSetup& setup, const PlantType& plant, const ControllerType& controller, RandomStream random)
+      : setup_(setup),
+        plant_(plant),
+        controller_(controller),
+        dt_(setup.control_period),
+        count_(control_steps(setup.duration, setup.control_period)),
+        period_steps_(std::max(1L, std::lround(setup.learner.period / setup.control_period))),
+        measurement_(setup.sensor, dt_, kJoints, static_cast<std::size_t>(count_) + 1, random),
+        random_(random) {
+    for (std::size_t i = 0; i < 2 * kJoints; ++i) y_[i] = setup.initial_state[static_cast<Eigen::Index>(i)];
+    result_.belief = setup.belief;
+    result_.steps.reserve(static_cast<std::size_t>(count_) + 1);
+    if constexpr (kLearns) result_.belief.reserve(static_cast<int>(count_ / std::max(3L, period_steps_)) + 2);
+  }
+
+  LoopResult run() {
+    try {
+      for (long k = 0; k < count_; ++k) advance(k);
+      record(static_cast<double>(count_) * dt_, count_);
+      if constexpr (kLearns) {
+        if (setup_.tuning.when == TuneWhen::at_end) {
+          result_.tuning_evaluations += tune(result_.belief, setup_.tuning, random_);
+        }
+      }
+    } catch (const NumericalError& error) {
+      result_.status = RunStatus::failed;
+      result_.reason = error.what();
+    }
+    result_.energy = y_[2 * kJoints];
+    result_.squared_error = y_[2 * kJoints + 1];
+    return std::move(result_);
+  }
+
+ private:
+  static constexpr bool kLearns = ControllerType::kKnowledge == Knowledge::belief;
+
+  static JointVector part(const OdeState& y, std::size_t first) {
+    return Eigen::Map<const JointVector>(y.data() + first, kJoints);
+  }
+
+  StateVector state() const { return Eigen::Map<const StateVector>(y_.data(), 2 * kJoints); }
+
+  void advance(long k) {
+    record(static_cast<double>(k) * dt_, k);
+    const LoopStep& step = result_.steps.back();
+    if constexpr (ControllerType::kContinuous) {
+      hold_nothing(step.time);
+    } else {
+      const JointVector u = step.input;
+      integrate_period(step.time, step.time + dt_, [&u](const OdeState&, double) -> const JointVector& { return u; });
+      if (setup_.quadrature_step) result_.energy_riemann += u.squaredNorm() * dt_;
+    }
+  }
+
+  /// Continuous control over one period, in steps of the quadrature if one is asked for.
+  void hold_nothing(double from) {
+    const auto law = [this](const OdeState& y, double t) { return control(part(y, 0), part(y, kJoints), t, nullptr); };
+    const long pieces = setup_.quadrature_step ? std::max(1L, std::lround(dt_ / *setup_.quadrature_step)) : 1;
+    const double piece = dt_ / static_cast<double>(pieces);
+    for (long i = 0; i < pieces; ++i) {
+      const double end = from + static_cast<double>(i + 1) * piece;
+      integrate_period(end - piece, end, law);
+      if (setup_.quadrature_step) result_.energy_riemann += law(y_, end).squaredNorm() * piece;
+    }
+  }
+
+  void integrate_period(double t0, double t1, auto&& law) {
+    const auto equation = [&](const OdeState& y, OdeState& dydt, double t) {
+      const JointVector q = part(y, 0), v = part(y, kJoints);
+      const auto& u = law(y, t);
+      const Affine affine = plant_.affine(q, v);
+      const ReferencePoint xi = at(setup_.reference, t);
+      for (std::size_t i = 0; i < kJoints; ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        dydt[i] = v[row];
+        dydt[kJoints + i] = affine.drift[row] + affine.gain.row(row).dot(u);
+      }
+      dydt[2 * kJoints] = u.squaredNorm();
+      dydt[2 * kJoints + 1] = (q - xi.position).squaredNorm() + (v - xi.velocity).squaredNorm();
+    };
+    integrate(equation, y_, t0, t1, setup_.integration, step_);
+  }
+
+  /// The control law at one state, with the input limits.
+  JointVector control(const JointVector& q, const JointVector& v, double t, const BeliefMarginals* belief) const {
+    const JointVector acceleration = setup_.inner_law(at(setup_.reference, t), q, v);
+    LawInput input{acceleration, nullptr, belief};
+    Affine truth;
+    if constexpr (ControllerType::kKnowledge == Knowledge::truth) {
+      truth = plant_.affine(q, v);
+      input.truth = &truth;
+    }
+    return limited(controller_(input), setup_.input_limit);
+  }
+
+  /// Samples the state and settles the input of control call k.
+  void record(double time, long k) {
+    LoopStep& step = result_.steps.emplace_back();
+    step.time = time;
+    step.position = part(y_, 0);
+    step.velocity = part(y_, kJoints);
+    step.reference = at(setup_.reference, time);
+    const StateVector seen = measurement_(state());
+    if constexpr (kLearns) {
+      finish_probe(seen, k);
+      step.belief = result_.belief.predict(seen);
+      start_probe(step.belief, seen, k);
+      if (learning_.probe) {
+        step.mode = learning_.probe->column;
+        step.input = limited(probing_input(setup_.learner, *learning_.probe, kJoints), setup_.input_limit);
+        return;
+      }
+    }
+    step.input = control(seen.head(kJoints), seen.tail(kJoints), time, &step.belief);
+  }
+
+  void finish_probe(const StateVector& seen, long k) {
+    if (!learning_.probe) return;
+    const long age = k - learning_.probe->start;
+    if (age <= 2) learning_.samples[age] = seen;
+    if (age == 2) learn();
+    if (age < setup_.learner.hold_periods) return;
+    learning_.probe.reset();
+    if (setup_.learner.schedule == Schedule::after_probe) learning_.next_instant = k + period_steps_;
+  }
+
+  void start_probe(const BeliefMarginals& belief, const StateVector& seen, long k) {
+    if (k < learning_.next_instant) return;
+    if (!learning_.probe && k < count_) {
+      learning_.probe = decide(setup_.learner, belief, k);
+      learning_.samples[0] = seen;
+    }
+    learning_.next_instant = k + period_steps_;
+  }
+
+  void learn() {
+    const Derivative sample = setup_.sensor.positions_only ? estimate_from_positions(learning_.samples, dt_)
+                                                           : estimate_from_states(learning_.samples, dt_);
+    const int refused = absorb(result_.belief, setup_.learner, *learning_.probe, sample);
+    result_.refused_gain_estimates += refused;
+    if (setup_.tuning.when == TuneWhen::every_sample && refused == 0) tune_probed(learning_.probe->column);
+  }
+
+  /// Tunes the processes that the last probe extended.
+  void tune_probed(int column) {
+    for (int i = 0; i < static_cast<int>(kJoints); ++i) {
+      const bool drift = column == Probe::kDrift;
+      Posterior& process = drift ? result_.belief.drift(i) : result_.belief.gain(i, column);
+      if (process.size() % setup_.tuning.every != 0) continue;
+      result_.tuning_evaluations += tune(process, drift ? setup_.tuning.drift : setup_.tuning.input_gain, random_);
+    }
+  }
+
+  const LoopSetup& setup_;
+  const PlantType& plant_;
+  const ControllerType& controller_;
+  double dt_;
+  long count_;
+  long period_steps_;
+  Measurement measurement_;
+  RandomStream random_;
+  OdeState y_{};
+  double step_ = dt_;
+  Learning learning_;
+  LoopResult result_;
+};
+
+}  // namespace
+
+long control_steps(double duration, double control_period) {
+  return static_cast<long>(std::floor(duration / control_period * (1.0 + 1e-12)));
+}
+
+LoopResult run_loop(const LoopSetup& setup, RandomStream random) {
+  return std::visit(
+      [&](const auto& plant, const auto& controller) {
+        return Loop<std::decay_t<decltype(plant)>, std::decay_t<decltype(controller)>>(setup, plant, controller, random)
+            .run();
+      },
+      setup.plant, setup.controller);
+}
+
+}  // namespace bayesctrl
