@@ -1,27 +1,65 @@
 #include "control/belief.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace bayesctrl {
 
 namespace {
 
-const GaussianProcess& for_joint(const std::vector<GaussianProcess>& list, int joint, int joints, const char* what) {
-  if (list.size() == 1) return list.front();
-  if (static_cast<int>(list.size()) == joints) return list[joint];
-  throw std::invalid_argument(std::string(what) + ": " + std::to_string(list.size()) + " processes for " +
-                              std::to_string(joints) + " joints");
+const GaussianProcess& for_joint(const std::vector<GaussianProcess>& list, int joint) {
+  return list.size() == 1 ? list.front() : list[joint];
 }
+
+/// The prior of one process with `value` of the prior model's a(x) and b(x) added to its mean.
+GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model, double (*value)(const Affine&, int, int),
+                          int i, int j) {
+  if (model) {
+    prior.mean_function = [plant = model->plant, value, i, j](std::span<const double> x) {
+      const auto n = static_cast<Eigen::Index>(x.size() / 2);
+      const Eigen::Map<const JointVector> q(x.data(), n), v(x.data() + n, n);
+      return value(affine(plant, q, v), i, j);
+    };
+  }
+  return prior;
+}
+
+double drift_of(const Affine& affine, int i, int /*j*/) { return affine.drift[i]; }
+double log_gain_of(const Affine& affine, int i, int j) { return std::log(affine.gain(i, j)); }
+double gain_of(const Affine& affine, int i, int j) { return affine.gain(i, j); }
 
 }  // namespace
 
+std::string BeliefPrior::problem(int joints) const {
+  const auto check = [joints](const std::vector<GaussianProcess>& list, const std::string& what) -> std::string {
+    if (list.size() != 1 && static_cast<int>(list.size()) != joints) {
+      return what + " has " + std::to_string(list.size()) + " processes for " + std::to_string(joints) +
+             (joints == 1 ? " joint" : " joints: one for all or one for each");
+    }
+    for (const GaussianProcess& process : list) {
+      const std::string problem = dimension_problem(process.kernel, 2 * joints);
+      if (!problem.empty()) return what + ": " + problem + " (positions, then velocities)";
+    }
+    return "";
+  };
+  std::string text = check(drift, "drift");
+  if (text.empty()) text = check(input_gain, "input_gain");
+  if (text.empty() && joints > 1) text = check(coupling, "coupling");
+  if (text.empty() && prior_model && bayesctrl::joints(prior_model->plant) != joints) {
+    text = "prior_model has another number of joints than the machine";
+  }
+  return text;
+}
+
 Belief::Belief(const BeliefPrior& prior, int joints) {
-  for (int i = 0; i < joints; ++i) drift_.emplace_back(for_joint(prior.drift, i, joints, "drift"), 2 * joints);
+  if (const std::string problem = prior.problem(joints); !problem.empty()) throw std::invalid_argument(problem);
+  const int dimension = 2 * joints;
   for (int i = 0; i < joints; ++i) {
+    drift_.emplace_back(with_mean(for_joint(prior.drift, i), prior.prior_model, drift_of, i, i), dimension);
     for (int j = 0; j < joints; ++j) {
-      gain_.emplace_back(i == j ? for_joint(prior.input_gain, i, joints, "input_gain")
-                                : for_joint(prior.coupling, i, joints, "coupling"),
-                         2 * joints);
+      gain_.emplace_back(i == j ? with_mean(for_joint(prior.input_gain, i), prior.prior_model, log_gain_of, i, j)
+                                : with_mean(for_joint(prior.coupling, i), prior.prior_model, gain_of, i, j),
+                         dimension);
     }
   }
 }

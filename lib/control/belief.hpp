@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/vector.hpp"
 #include "gp/process.hpp"
+#include "physics/model.hpp"
 
 namespace bayesctrl {
 
@@ -13,12 +15,17 @@ struct BeliefPrior {
   std::vector<GaussianProcess> drift;       // a_i, one per joint
   std::vector<GaussianProcess> input_gain;  // log b_ii, one per joint: b_ii is log-normal, hence positive
   std::vector<GaussianProcess> coupling;    // b_ij off the diagonal, one per joint i; only for several joints
+  std::optional<Model> prior_model;         // its a, log b_ii and b_ij are added to the processes' constant means
 
   static void fields(auto& self, auto&& field) {
     field("drift", self.drift, {.text = "process of the drift a(x), one or one per joint", .required = true});
     field("input_gain", self.input_gain, {.text = "process of log b(x), one or one per joint", .required = true});
     field("coupling", self.coupling, {.text = "process of b_ij(x) off the diagonal, one or one per joint"});
+    field("prior_model", self.prior_model, {.text = "a model whose a and b are the prior means"});
   }
+
+  /// What is wrong with these priors for a machine of so many joints, in words; empty when nothing is.
+  std::string problem(int joints) const;
 };
 
 /// What the belief says of one state; joints x inputs for the gain. The log fields hold for the diagonal.
@@ -33,7 +40,7 @@ class Belief {
  public:
   Belief() = default;
 
-  /// Throws std::invalid_argument if a list of priors fits neither one nor `joints`.
+  /// Throws std::invalid_argument with the prior's `problem(joints)`.
   Belief(const BeliefPrior& prior, int joints);
 
   int joints() const { return static_cast<int>(drift_.size()); }

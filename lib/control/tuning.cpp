@@ -12,8 +12,8 @@ int tune(Posterior& data, const EvidenceOptions& options, RandomStream& random) 
 int tune(Belief& belief, const Tuning& tuning, RandomStream& random) {
   int evaluations = 0;
   for (int i = 0; i < belief.joints(); ++i) {
-    evaluations += tune(belief.drift(i), tuning.drift, random);
-    for (int j = 0; j < belief.joints(); ++j) evaluations += tune(belief.gain(i, j), tuning.input_gain, random);
+    evaluations += tune(belief.drift(i), tuning.evidence, random);
+    for (int j = 0; j < belief.joints(); ++j) evaluations += tune(belief.gain(i, j), tuning.for_gain(), random);
   }
   return evaluations;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 
 #include "control/belief.hpp"
@@ -12,19 +13,21 @@ namespace bayesctrl {
 enum class TuneWhen { never, every_sample, at_end };
 constexpr std::array<std::string_view, 3> names(TuneWhen) { return {"never", "every_sample", "at_end"}; }
 
-/// Bounds and limits of the maximisation, for the drift's processes and for the gain's.
+/// When and how the evidence is maximised, for the processes of a and of b alike unless b has its own options.
 struct Tuning {
   TuneWhen when = TuneWhen::never;
   int every = 1;
-  EvidenceOptions drift;
-  EvidenceOptions input_gain;
+  EvidenceOptions evidence;
+  std::optional<EvidenceOptions> gain_evidence;
 
   static void fields(auto& self, auto&& field) {
     field("when", self.when, {.text = "after samples, at the end of the run, or never"});
     field("every", self.every, {between(1, 1e6), "", "with every_sample: only after every k-th sample of a process"});
-    field("drift", self.drift, {.text = "maximisation for the processes of a"});
-    field("input_gain", self.input_gain, {.text = "maximisation for the processes of b"});
+    field("evidence", self.evidence, {.text = "how the marginal likelihood is maximised"});
+    field("gain_evidence", self.gain_evidence, {.text = "the same for the processes of b, where it differs"});
   }
+
+  const EvidenceOptions& for_gain() const { return gain_evidence ? *gain_evidence : evidence; }
   bool operator==(const Tuning&) const = default;
 };
 

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "numerics/minimize.hpp"
+#include "numerics/spd_inverse.hpp"
 
 namespace bayesctrl {
 
@@ -57,18 +58,20 @@ Evidence evidence(const GaussianProcess& prior, const Posterior& data) {
     evaluate(prior.kernel, block, x, k);
     covariance.col(j).segment(first, block.count) = k.matrix();
   });
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success || !covariance.allFinite()) {
+  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(covariance);  // in place
+  if (factor.info() != Eigen::Success || !covariance.diagonal().allFinite()) {  // what is above it was never set
     throw NumericalError("the covariance matrix of " + std::to_string(n) + " samples is not positive definite");
   }
   const Eigen::VectorXd rest = residuals(prior, data);
   const Eigen::VectorXd alpha = factor.solve(rest);
-  const double half_log_determinant = factor.matrixLLT().diagonal().array().log().sum();
+  const double half_log_determinant = covariance.diagonal().array().log().sum();
   result.value = -0.5 * rest.dot(alpha) - half_log_determinant - 0.5 * n * std::log(2.0 * std::numbers::pi);
 
   // d value / d theta = sum_ij W_ij dK_ij / 2 with W = alpha alpha^T - K^-1.
-  Eigen::MatrixXd weights = factor.solve(Eigen::MatrixXd::Identity(n, n));
-  weights = alpha * alpha.transpose() - weights;
+  invert_from_factor(covariance);
+  Eigen::MatrixXd& weights = covariance;  // its lower triangle
+  weights *= -1.0;
+  weights.selfadjointView<Eigen::Lower>().rankUpdate(alpha);
   BlockGradient gradient;
   for_each_block(data.inputs(), [&](int j, int first, const InputBlock& block, const double* x) {
     differentiate(prior.kernel, block, x, k, gradient);

@@ -6,6 +6,8 @@ namespace bayesctrl {
 
 namespace {
 
+constexpr double kNegligible = 1e-100;  // of the variance: nothing that double precision could tell from zero
+
 template <class Form>
 inline constexpr bool kIsComposite = std::is_same_v<Form, Sum> || std::is_same_v<Form, Product>;
 
@@ -100,6 +102,8 @@ void evaluate(const Kernel& kernel, const InputBlock& inputs, const double* x, B
           }
         } else {
           form.evaluate(inputs, x, k);
+          // Far apart means independent: without this, products of such numbers are denormal and slow every solve.
+          k = (k < kNegligible * form.variance()).select(0.0, k);  // NaN stays
         }
       },
       kernel.form);

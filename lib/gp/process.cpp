@@ -53,7 +53,8 @@ void Posterior::extend(std::span<const double> x, double y) { extend(x, y, prior
 
 void Posterior::extend(std::span<const double> x, double y, double noise_variance) {
   if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("a sample of another dimension");
-  bool finite = std::isfinite(y) && std::isfinite(noise_variance) && noise_variance >= 0.0;
+  double rest = y - prior_.prior_mean(x);  // before the scratch buffer is in use: the mean may be another posterior's
+  bool finite = std::isfinite(rest) && std::isfinite(noise_variance) && noise_variance >= 0.0;
   for (const double value : x) finite = finite && std::isfinite(value);
   if (!finite) throw NumericalError("a training sample is not finite (target " + format(y, 6) + ")");
   if (size() == static_cast<int>(targets_.capacity())) reserve(2 * size() + kBlock);
@@ -61,7 +62,6 @@ void Posterior::extend(std::span<const double> x, double y, double noise_varianc
   const int n = size();
   double* row = covariances(x);
   const double root = factor_.append(row, prior_variance_ + noise_variance);
-  double rest = y - prior_.prior_mean(x);
   for (int j = 0; j < n; ++j) rest -= row[j] * z_[j];
   z_.resize(factor_.padded_size(), 0.0);
   z_[n] = rest / root;
@@ -72,11 +72,12 @@ void Posterior::extend(std::span<const double> x, double y, double noise_varianc
 
 Marginal Posterior::predict(std::span<const double> x) const {
   if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("an input of another dimension");
+  const double prior_mean = prior_.prior_mean(x);  // first, as above
   double* v = covariances(x);
   factor_.solve_lower(v);
   const Eigen::Map<const Eigen::VectorXd> solved(v, factor_.padded_size());
   const Eigen::Map<const Eigen::VectorXd> z(z_.data(), factor_.padded_size());
-  return {prior_.prior_mean(x) + solved.dot(z), std::max(0.0, prior_variance_ - solved.squaredNorm())};
+  return {prior_mean + solved.dot(z), std::max(prior_variance_ - solved.squaredNorm(), 0.0)};
 }
 
 double Posterior::log_marginal_likelihood() const {

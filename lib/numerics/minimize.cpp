@@ -15,10 +15,12 @@ struct Call {
   Eigen::VectorXd x;
   Eigen::VectorXd gradient;
   MinimizeSummary* best;
+  int max_evaluations;
 };
 
 double evaluate_call(unsigned size, const double* x, double* gradient, void* data) {
   auto& call = *static_cast<Call*>(data);
+  if (call.best->evaluations >= call.max_evaluations) throw nlopt::forced_stop();  // NLopt's own limit lets one more by
   call.x = Eigen::Map<const Eigen::VectorXd>(x, size);
   double value = (*call.objective)(call.x, call.gradient);
   ++call.best->evaluations;
@@ -45,7 +47,7 @@ MinimizeSummary minimize(const Objective& objective, const Eigen::VectorXd& star
   MinimizeSummary summary;
   summary.x = start.cwiseMax(low).cwiseMin(high);
   summary.value = std::numeric_limits<double>::infinity();
-  Call call{&objective, summary.x, Eigen::VectorXd::Zero(size), &summary};
+  Call call{&objective, summary.x, Eigen::VectorXd::Zero(size), &summary, options.max_evaluations};
 
   nlopt::opt optimizer(nlopt::LD_LBFGS, size);
   optimizer.set_lower_bounds(std::vector<double>(low.begin(), low.end()));

@@ -172,7 +172,7 @@ class Loop {
       const bool drift = column == Probe::kDrift;
       Posterior& process = drift ? result_.belief.drift(i) : result_.belief.gain(i, column);
       if (process.size() % setup_.tuning.every != 0) continue;
-      result_.tuning_evaluations += tune(process, drift ? setup_.tuning.drift : setup_.tuning.input_gain, random_);
+      result_.tuning_evaluations += tune(process, drift ? setup_.tuning.evidence : setup_.tuning.for_gain(), random_);
     }
   }
 

@@ -1,0 +1,98 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "control/controller.hpp"
+#include "experiment/metrics.hpp"
+#include "experiment/study.hpp"
+#include "gp/kernel.hpp"
+#include "io/describe.hpp"
+#include "physics/plant.hpp"
+#include "spec/model.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json parameters_of(const auto& form) {
+  ordered_json list = ordered_json::array();
+  for (const ParameterDescription& p : describe<std::decay_t<decltype(form)>>()) {
+    list.push_back({{"name", p.name},
+                    {"unit", p.unit},
+                    {"allowed", p.range},
+                    {"default", p.default_value},
+                    {"required", p.required},
+                    {"text", p.text}});
+  }
+  return list;
+}
+
+ordered_json family(const auto* variant) {
+  ordered_json list = ordered_json::array();
+  for_each_alternative(variant, [&](const auto& form) {
+    using Form = std::decay_t<decltype(form)>;
+    list.push_back({{"name", Form::kName}, {"text", Form::kText}, {"parameters", parameters_of(form)}});
+  });
+  return list;
+}
+
+ordered_json metrics() {
+  ordered_json list = ordered_json::array();
+  for (const Metric& metric : all_metrics()) {
+    list.push_back({{"name", metric.name}, {"unit", metric.unit}, {"text", metric.text}});
+  }
+  return list;
+}
+
+ordered_json everything() {
+  return {{"plants", family(static_cast<const Plant*>(nullptr))},
+          {"controllers", family(static_cast<const Controller*>(nullptr))},
+          {"references", family(static_cast<const Reference*>(nullptr))},
+          {"kernels", family(static_cast<const decltype(Kernel::form)*>(nullptr))},
+          {"metrics", metrics()}};
+}
+
+void print(const ordered_json& families) {
+  for (const auto& [name, members] : families.items()) {
+    std::cout << name << "\n";
+    for (const ordered_json& member : members) {
+      const std::string unit = member.value("unit", "");
+      std::cout << "  " << member["name"].get<std::string>() << (unit.empty() ? "" : " [" + unit + "]") << ": "
+                << member["text"].get<std::string>() << "\n";
+      for (const ordered_json& p : member.value("parameters", ordered_json::array())) {
+        const std::string p_unit = p["unit"], fallback = p["default"];
+        std::cout << "      " << p["name"].get<std::string>() << (p_unit.empty() ? "" : " [" + p_unit + "]") << ": "
+                  << p["text"].get<std::string>() << "; " << p["allowed"].get<std::string>()
+                  << (p["required"].get<bool>() ? "; required" : fallback.empty() ? "" : "; default " + fallback) << "\n";
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void declare_list(CLI::App& app, ExitCode& /*exit*/) {
+  struct Command {
+    std::string family;
+    bool json = false;
+  };
+  auto command = std::make_shared<Command>();
+  CLI::App* sub = app.add_subcommand("list", "List plants, controllers, references, kernels and metrics, with parameters");
+  sub->add_option("FAMILY", command->family, "Only this family")
+      ->check(CLI::IsMember({"plants", "controllers", "references", "kernels", "metrics"}));
+  sub->add_flag("--json", command->json, "Print one JSON object");
+  sub->callback([command] {
+    ordered_json families = everything();
+    if (!command->family.empty()) families = {{command->family, families[command->family]}};
+    if (command->json) {
+      std::cout << families.dump(2) << "\n";
+    } else {
+      print(families);
+    }
+  });
+}
+
+}  // namespace bayesctrl

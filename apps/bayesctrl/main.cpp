@@ -1,0 +1,82 @@
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <new>
+
+#include "commands.hpp"
+#include "io/provenance.hpp"
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+/// The first signal asks for an orderly end, a second one ends at once.
+extern "C" void handle_signal(int signal) {
+  stop_requested = true;
+  std::signal(signal, SIG_DFL);
+}
+
+constexpr const char* kFooter = R"(Examples:
+  bayesctrl run configs/exp1.yaml                       the paper's Experiment 1, results in results/exp1
+  bayesctrl run configs/exp1.yaml --set learner.probing_input=5 --set name=probe5
+  bayesctrl table results/exp1 results/probe5           their rows side by side
+  bayesctrl check results/exp1 --against configs/paper_table2.yaml
+
+Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad spec or data, 4 numerical failure, 5 some runs failed,
+6 input or output, 130 interrupted.)";
+
+}  // namespace
+
+namespace bayesctrl {
+
+bool interrupted() { return stop_requested; }
+
+void add_set_option(CLI::App& command, std::vector<std::string>& assignments) {
+  command
+      .add_option("--set", assignments,
+                  "Override one setting of every SPEC: path=value, e.g. controllers.P1.gain=10; the value is YAML")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+}
+
+}  // namespace bayesctrl
+
+int main(int argc, char** argv) {
+  using namespace bayesctrl;
+  std::signal(SIGINT, handle_signal);
+  std::signal(SIGTERM, handle_signal);
+  ExitCode exit = ExitCode::ok;
+  CLI::App app("Bayesian adaptive control of mechanical systems: run experiments, compare and check their results",
+               "bayesctrl");
+  app.footer(kFooter);
+  app.set_version_flag("--version", "bayesctrl " + program_version() + " (" + program_revision() + ")");
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  try {
+    declare_run(app, exit);
+    declare_validate(app, exit);
+    declare_list(app, exit);
+    declare_table(app, exit);
+    declare_check(app, exit);
+    declare_simulate(app, exit);
+    declare_calibrate(app, exit);
+    app.parse(argc, argv);
+    std::cout.flush();
+    if (!std::cout) throw IoError("cannot write to standard output");
+    return static_cast<int>(exit);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::usage);
+  } catch (const Error& error) {
+    std::cerr << "error: " << error.what() << "\n";
+    return static_cast<int>(error.code());
+  } catch (const std::bad_alloc&) {
+    std::cerr << "error: out of memory\n";
+    return static_cast<int>(ExitCode::numerical);
+  } catch (const std::exception& error) {
+    std::cerr << "error: " << error.what() << " (this is a bug of bayesctrl)\n";
+    return static_cast<int>(ExitCode::numerical);
+  }
+}

@@ -1,0 +1,170 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "commands.hpp"
+#include "experiment/read.hpp"
+#include "experiment/tabulate.hpp"
+#include "experiment/write.hpp"
+#include "io/files.hpp"
+#include "progress.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunCommand {
+  std::vector<std::string> specs;
+  std::string out = "results";
+  Overrides overrides;
+  int jobs = 0;
+  std::string progress;
+  bool quiet = false;
+  bool json = false;
+};
+
+/// One study of the batch and where its results go.
+struct Job {
+  std::string spec_name;
+  fs::path folder;
+  fs::path spec_folder;  // of the whole spec: the folder itself, or the one above a sweep's points
+};
+
+struct Batch {
+  std::vector<Study> studies;
+  std::vector<Job> jobs;
+};
+
+Batch read_batch(const RunCommand& command) {
+  Batch batch;
+  std::map<fs::path, std::string> owners;
+  for (const std::string& spec : command.specs) {
+    const std::vector<Study> studies = read_studies(spec, command.overrides);
+    const fs::path own = fs::path(command.out) / slug(studies.front().name);
+    if (const auto [other, fresh] = owners.emplace(own, spec); !fresh) {
+      throw SpecError({spec}, "has the name '" + studies.front().name + "' of " + other->second +
+                                  ": their results would overwrite each other");
+    }
+    for (std::size_t i = 0; i < studies.size(); ++i) {
+      batch.jobs.push_back({fs::path(spec).filename().string(), result_folder(command.out, studies[i], i), own});
+      batch.studies.push_back(studies[i]);
+    }
+  }
+  return batch;
+}
+
+/// What is said of the batch at its end.
+struct Tally {
+  std::size_t ok = 0;
+  std::size_t failed = 0;
+  std::map<fs::path, Table> tables;  // by spec folder
+
+  ExitCode exit() const {
+    if (interrupted()) return ExitCode::interrupted;
+    if (failed == 0) return ExitCode::ok;
+    return ok == 0 ? ExitCode::numerical : ExitCode::partial;
+  }
+};
+
+/// The columns that people look at first.
+Table compact(const Table& table) {
+  Table result;
+  for (const Column& column : table.columns) {
+    const bool shown = column.name != "energy_riemann" && column.name != "new_drift_points" &&
+                       column.name != "new_gain_points" && column.name != "refused_gain_estimates" &&
+                       column.name != "tuning_evaluations" && column.name != "final_error";
+    bool empty = true;
+    for (std::size_t i = 0; i < column.size() && empty; ++i) {
+      const Cell cell = column.at(i);
+      const auto* text = std::get_if<std::string>(&cell);
+      empty = std::holds_alternative<std::monostate>(cell) || (text != nullptr && text->empty());
+    }
+    if (shown && !empty) result.columns.push_back(column);
+  }
+  return result;
+}
+
+void report(const Tally& tally, const Batch& batch, const RunCommand& command) {
+  if (command.json) {
+    nlohmann::ordered_json object{{"ok", tally.ok}, {"failed", tally.failed}};
+    object["studies"] = nlohmann::ordered_json::array();
+    for (const auto& [folder, table] : tally.tables) {
+      object["studies"].push_back({{"folder", folder.string()}, {"controllers", to_json(table)}});
+    }
+    std::cout << object.dump(2) << "\n";
+    return;
+  }
+  if (command.quiet) return;
+  for (const auto& [folder, table] : tally.tables) {
+    std::cout << to_markdown(compact(table), 5) << "results in " << folder.string() << "\n\n";
+  }
+  if (tally.failed > 0) {
+    std::cout << tally.failed << " of " << tally.ok + tally.failed << " runs failed; the column 'reason' says why\n";
+  }
+  if (interrupted()) {
+    std::cout << "interrupted: what was written is whole; run the same command again for the rest of "
+              << batch.studies.size() << " studies\n";
+  }
+}
+
+ExitCode run(const RunCommand& command) {
+  const Batch batch = read_batch(command);
+  Tally tally;
+  Progress progress(Progress::choose(command.progress, command.quiet || command.json));
+  std::vector<Table> tables(batch.studies.size());
+  RunOptions options;
+  options.jobs = command.jobs;
+  options.progress = [&](std::size_t done, std::size_t total) { progress(done, total); };
+  options.stop = interrupted;
+  run_all(batch.studies, options, [&](std::size_t index, StudyOutcome&& outcome) {
+    tables[index] = summary_table(outcome);
+    bool any = false;
+    for (const Outcome& one : outcome.outcomes) {
+      const bool ok = one.result.status == RunStatus::ok;
+      ++(ok ? tally.ok : tally.failed);
+      any = any || ok || one.result.reason != "interrupted";
+    }
+    if (any) write_results(outcome, batch.jobs[index].folder, batch.jobs[index].spec_name);
+  });
+  for (std::size_t i = 0; i < tables.size(); ++i) append(tally.tables[batch.jobs[i].spec_folder], tables[i]);
+  for (std::size_t i = 0; i < batch.jobs.size(); ++i) {
+    const Job& job = batch.jobs[i];
+    const bool first_point = i == 0 || batch.jobs[i - 1].spec_folder != job.spec_folder;
+    if (job.folder != job.spec_folder && first_point) {
+      write_file(job.spec_folder / "table.csv", to_csv(tally.tables[job.spec_folder]));
+    }
+  }
+  report(tally, batch, command);
+  return tally.exit();
+}
+
+}  // namespace
+
+void declare_run(CLI::App& app, ExitCode& exit) {
+  auto command = std::make_shared<RunCommand>();
+  CLI::App* sub = app.add_subcommand("run", "Run the experiments of one or several specs and write their results");
+  sub->add_option("SPEC", command->specs, "YAML spec of a study, e.g. configs/exp1.yaml")->required();
+  sub->add_option("--out", command->out, "Folder of the results; each study gets a folder of its own in it")
+      ->capture_default_str();
+  add_set_option(*sub, command->overrides.assignments);
+  sub->add_option("--seed", command->overrides.seed, "Seed of all random numbers, instead of the spec's");
+  sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  sub->add_option("--progress", command->progress, "How progress is shown on standard error")
+      ->check(CLI::IsMember({"none", "bar", "text"}));
+  sub->add_flag("--quiet", command->quiet, "Print nothing but errors");
+  sub->add_flag("--json", command->json, "Print one JSON object on standard output and nothing else");
+  sub->footer(
+      "Examples:\n"
+      "  bayesctrl run configs/exp1.yaml configs/exp2.yaml --out results\n"
+      "  bayesctrl run configs/exp1.yaml --set controllers.P100.gain=50 --set name=gain50\n"
+      "A spec may hold a sweep, e.g. 'sweep: {controllers.P1.gain: [1, 3, 10], seed: [1, 2]}': every combination is run.");
+  sub->callback([command, &exit] { exit = run(*command); });
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,87 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "experiment/check.hpp"
+#include "experiment/write.hpp"
+#include "io/files.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+struct TableCommand {
+  std::vector<std::string> folders;
+  std::string against;
+  std::string out;
+  std::string format = "md";
+};
+
+Table gather(const TableCommand& command) {
+  const Table table = gather_tables({command.folders.begin(), command.folders.end()});
+  return command.against.empty() ? table : compare(table, read_published(command.against));
+}
+
+std::string render(const Table& table, const std::string& format) {
+  if (format == "csv") return to_csv(table);
+  if (format == "json") return to_json(table).dump(2) + "\n";
+  return to_markdown(table, 6);
+}
+
+}  // namespace
+
+void declare_table(CLI::App& app, ExitCode& /*exit*/) {
+  auto command = std::make_shared<TableCommand>();
+  CLI::App* sub = app.add_subcommand("table", "Gather the tables of result folders into one, for people or programs");
+  sub->add_option("DIR", command->folders, "Result folders of `run`, or table.csv files")->required();
+  sub->add_option("--against", command->against, "Published numbers to set beside, e.g. configs/paper_table2.yaml");
+  sub->add_option("--out", command->out, "Write PREFIX.csv, PREFIX.md and PREFIX.json instead of printing")
+      ->type_name("PREFIX");
+  sub->add_option("--format", command->format, "What is printed")
+      ->check(CLI::IsMember({"md", "csv", "json"}))
+      ->capture_default_str();
+  sub->callback([command] {
+    const Table table = gather(*command);
+    if (command->out.empty()) {
+      std::cout << render(table, command->format);
+      return;
+    }
+    FileBatch batch;
+    for (const std::string format : {"csv", "md", "json"}) batch.add(command->out + "." + format, render(table, format));
+    batch.commit();
+  });
+}
+
+void declare_check(CLI::App& app, ExitCode& exit) {
+  struct Command {
+    std::vector<std::string> folders;
+    std::string against;
+    bool json = false;
+  };
+  auto command = std::make_shared<Command>();
+  CLI::App* sub = app.add_subcommand("check", "Compare results with published numbers; exit 1 if any cell is violated");
+  sub->add_option("DIR", command->folders, "Result folders of `run`, or table.csv files")->required();
+  sub->add_option("--against", command->against, "Published numbers with tolerances, e.g. configs/paper_table2.yaml")
+      ->required();
+  sub->add_flag("--json", command->json, "Print one JSON object");
+  sub->callback([command, &exit] {
+    const PublishedTable published = read_published(command->against);
+    const Table comparison = compare(gather_tables({command->folders.begin(), command->folders.end()}), published);
+    const std::vector<std::string> violated = violations(comparison);
+    if (command->json) {
+      std::cout << nlohmann::ordered_json{{"name", published.name},
+                                          {"cells", to_json(comparison)},
+                                          {"violated", violated.size()}}
+                       .dump(2)
+                << "\n";
+    } else {
+      for (const std::string& line : violated) std::cout << "violated: " << line << "\n";
+      std::cout << published.name << ": " << published.cells.size() - violated.size() << " of " << published.cells.size()
+                << " cells hold\n";
+    }
+    if (!violated.empty()) exit = ExitCode::check_failed;
+  });
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,165 @@
+#include "experiment/calibrate.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "base/format.hpp"
+#include "base/random.hpp"
+#include "experiment/check.hpp"
+#include "experiment/read.hpp"
+#include "experiment/tabulate.hpp"
+#include "io/read.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kFirstStep = 0.4;   // standard deviation of a step, in logarithms
+constexpr double kLastStep = 0.03;
+constexpr double kShrink = 0.99;     // of the step, after each candidate that is worse
+constexpr double kMoveOne = 0.35;    // probability that a step changes a given setting
+
+/// A candidate: one number per setting, for choices an index.
+using Candidate = std::vector<double>;
+
+struct Search {
+  Calibration spec;
+  std::filesystem::path study;
+  PublishedTable published;
+
+  std::string text(const Vary& vary, double value) const {
+    if (!vary.choices.empty()) return vary.choices[static_cast<std::size_t>(value)];
+    return format(value, spec.digits);
+  }
+
+  std::vector<std::string> assignments(const Candidate& candidate) const {
+    std::vector<std::string> list;
+    for (std::size_t i = 0; i < candidate.size(); ++i) {
+      const auto& [path, vary] = spec.vary.items[i];
+      list.push_back(path + "=" + text(vary, candidate[i]));
+    }
+    return list;
+  }
+
+  Candidate draw(RandomStream& random) const {
+    Candidate candidate;
+    for (const auto& [path, vary] : spec.vary.items) {
+      candidate.push_back(vary.choices.empty()
+                              ? std::exp(draw_uniform(random, std::log(vary.low), std::log(vary.high)))
+                              : std::floor(draw_uniform(random, 0.0, static_cast<double>(vary.choices.size()))));
+    }
+    return candidate;
+  }
+
+  Candidate move(Candidate candidate, double step, RandomStream& random) const {
+    for (std::size_t i = 0; i < candidate.size(); ++i) {
+      const Vary& vary = spec.vary.items[i].second;
+      if (draw_uniform(random, 0.0, 1.0) >= kMoveOne) continue;
+      candidate[i] = vary.choices.empty()
+                         ? std::clamp(candidate[i] * std::exp(step * draw_normal(random)), vary.low, vary.high)
+                         : std::floor(draw_uniform(random, 0.0, static_cast<double>(vary.choices.size())));
+    }
+    return candidate;
+  }
+
+  CalibrationResult evaluate(const Candidate& candidate) const {
+    CalibrationResult result{assignments(candidate), 0.0, {}};
+    Study trial = read_studies(study, {result.assignments, {}}).front();
+    if (!spec.controllers.empty()) {
+      std::erase_if(trial.controllers.items, [this](const auto& item) {
+        return std::find(spec.controllers.begin(), spec.controllers.end(), item.first) == spec.controllers.end();
+      });
+    }
+    RunOptions options;
+    options.jobs = 1;
+    const Table rows = summary_table(run_all({trial}, options).front());
+    result.comparison = compare(rows, published);
+    const std::vector<double> values = numbers(result.comparison, "result", "");
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double tolerance = std::max(published.cells[i].tolerance(), 0.5);
+      const double distance = std::abs(values[i] - published.cells[i].value) / tolerance;
+      result.score += std::isnan(distance) ? kWorstCell : std::min(distance, kWorstCell);
+    }
+    return result;
+  }
+
+  CalibrationResult run(int start) const {
+    RandomStream random = random_stream(spec.seed, "start " + std::to_string(start));
+    Candidate best = draw(random);
+    CalibrationResult result = evaluate(best);
+    const auto consider = [&](Candidate candidate) {
+      CalibrationResult trial = evaluate(candidate);
+      const bool accepted = trial.score <= result.score;
+      if (accepted) {
+        best = std::move(candidate);
+        result = std::move(trial);
+      }
+      return accepted;
+    };
+    for (int i = 1; i < spec.draws; ++i) consider(draw(random));
+    double step = kFirstStep;
+    for (int i = 0; i < spec.steps; ++i) {
+      if (!consider(move(best, step, random))) step = std::max(kLastStep, step * kShrink);
+    }
+    return result;
+  }
+};
+
+Search read_search(const std::filesystem::path& file) {
+  Search search;
+  search.spec = read<Calibration>(read_yaml(file));
+  search.study = file.parent_path() / search.spec.study;
+  search.published = read_published(file.parent_path() / search.spec.against);
+  const Study study = read_studies(search.study).front();
+  std::erase_if(search.published.cells, [&](const PublishedCell& cell) {
+    const auto& names = search.spec.controllers;
+    return cell.experiment != study.name ||
+           (!names.empty() && std::find(names.begin(), names.end(), cell.controller) == names.end());
+  });
+  if (search.published.cells.empty()) throw SpecError({file.string()}, "no published cell belongs to these controllers");
+  return search;
+}
+
+}  // namespace
+
+std::vector<CalibrationResult> calibrate(const std::filesystem::path& spec, int jobs,
+                                         const std::function<void(std::size_t done, std::size_t total)>& progress,
+                                         const std::function<bool()>& stop) {
+  const Search search = read_search(spec);
+  const auto starts = static_cast<std::size_t>(search.spec.starts);
+  std::vector<CalibrationResult> results(starts);
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;  // guards the callback, its count and `failed`
+  std::size_t done = 0;
+  std::exception_ptr failed;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < starts; i = next++) {
+      if (stop && stop()) return;
+      try {
+        results[i] = search.run(static_cast<int>(i));
+        const std::lock_guard lock(mutex);
+        if (progress) progress(++done, starts);
+      } catch (...) {  // a path that does not exist, say: the same in every search
+        const std::lock_guard lock(mutex);
+        failed = std::current_exception();
+        next = starts;
+      }
+    }
+  };
+  const auto threads = std::min<std::size_t>(
+      starts, jobs > 0 ? static_cast<std::size_t>(jobs) : std::max(1U, std::thread::hardware_concurrency()));
+  {
+    std::vector<std::jthread> pool;
+    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+    work();
+  }
+  if (failed) std::rethrow_exception(failed);
+  std::erase_if(results, [](const CalibrationResult& result) { return result.assignments.empty(); });
+  std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
+  return results;
+}
+
+}  // namespace bayesctrl

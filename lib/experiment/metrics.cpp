@@ -1,0 +1,66 @@
+#include "experiment/metrics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kNotApplicable = std::numeric_limits<double>::quiet_NaN();
+
+const LoopStep* last(const Outcome& outcome) {
+  return outcome.result.steps.empty() ? nullptr : &outcome.result.steps.back();
+}
+
+double final_error(const LoopStep& step) {
+  return std::sqrt((step.position - step.reference.position).squaredNorm() +
+                   (step.velocity - step.reference.velocity).squaredNorm());
+}
+
+double peak_input(const LoopResult& result) {
+  double peak = 0.0;
+  for (const LoopStep& step : result.steps) peak = std::max(peak, step.input.cwiseAbs().maxCoeff());
+  return peak;
+}
+
+bool adaptive(const Outcome& outcome) { return outcome.result.belief.joints() > 0; }
+
+constexpr std::array kMetrics{
+    Metric{"energy", "u^2 s", "integral of |u|^2, the paper's control energy", false,
+           [](const Study&, const Outcome& o) { return o.result.energy; }},
+    Metric{"energy_riemann", "u^2 s", "the same as a right-end Riemann sum with output.quadrature_step", false,
+           [](const Study& s, const Outcome& o) { return s.output.quadrature_step ? o.result.energy_riemann : kNotApplicable; }},
+    Metric{"squared_error", "x^2 s", "integral of |x - xi|^2, positions and velocities", false,
+           [](const Study&, const Outcome& o) { return o.result.squared_error; }},
+    Metric{"drift_points", "", "training points of a at the end", true,
+           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.belief.drift_points() : kNotApplicable; }},
+    Metric{"gain_points", "", "training points of b at the end", true,
+           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.belief.gain_points() : kNotApplicable; }},
+    Metric{"new_drift_points", "", "of them, learned in this run", true,
+           [](const Study&, const Outcome& o) {
+             return adaptive(o) ? o.result.belief.drift_points() - o.start_drift_points : kNotApplicable;
+           }},
+    Metric{"new_gain_points", "", "of them, learned in this run", true,
+           [](const Study&, const Outcome& o) {
+             return adaptive(o) ? o.result.belief.gain_points() - o.start_gain_points : kNotApplicable;
+           }},
+    Metric{"refused_gain_estimates", "", "estimates of b that were not positive and were left out", true,
+           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.refused_gain_estimates : kNotApplicable; }},
+    Metric{"tuning_evaluations", "", "evaluations of the marginal likelihood", true,
+           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.tuning_evaluations : kNotApplicable; }},
+    Metric{"final_angle", "rad or m", "position of joint 1 at the end", false,
+           [](const Study&, const Outcome& o) { return last(o) ? last(o)->position[0] : kNotApplicable; }},
+    Metric{"final_error", "", "|x - xi| at the end", false,
+           [](const Study&, const Outcome& o) { return last(o) ? final_error(*last(o)) : kNotApplicable; }},
+    Metric{"peak_input", "unit of u", "largest |u_i| at a control call", false,
+           [](const Study&, const Outcome& o) { return last(o) ? peak_input(o.result) : kNotApplicable; }},
+};
+
+}  // namespace
+
+std::span<const Metric> all_metrics() { return kMetrics; }
+
+}  // namespace bayesctrl

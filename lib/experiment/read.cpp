@@ -1,0 +1,90 @@
+#include "experiment/read.hpp"
+
+#include <algorithm>
+
+#include "io/read.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr std::size_t kMostPoints = 100'000;  // of one sweep
+
+/// The YAML text of one value of a sweep, in one line, for `set_path` and for the tables.
+std::string to_line(const Node& node) {
+  std::string text;
+  switch (node.kind) {
+    case Node::Kind::null:
+      return "null";
+    case Node::Kind::scalar:
+      return node.quoted ? "\"" + node.text + "\"" : node.text;
+    case Node::Kind::sequence:
+      for (const Node& item : node.items) text += (text.empty() ? "" : ", ") + to_line(item);
+      return "[" + text + "]";
+    case Node::Kind::map:
+      for (const Node::Entry& entry : node.entries) {
+        text += (text.empty() ? "" : ", ") + entry.key + ": " + to_line(entry.value);
+      }
+      return "{" + text + "}";
+  }
+  return text;
+}
+
+struct Axis {
+  std::string path;
+  std::vector<std::string> values;
+};
+
+/// Takes `sweep` out of the spec.
+std::vector<Axis> take_sweep(Node& root) {
+  std::vector<Axis> axes;
+  const auto sweep = std::find_if(root.entries.begin(), root.entries.end(),
+                                  [](const Node::Entry& entry) { return entry.key == "sweep"; });
+  if (sweep == root.entries.end()) return axes;
+  detail::require_map(sweep->value, "sweep");
+  std::size_t points = 1;
+  for (const Node::Entry& entry : sweep->value.entries) {
+    detail::require_list(entry.value, entry.key);
+    if (entry.value.items.empty()) throw SpecError(entry.where, "sweep over '" + entry.key + "' has no values");
+    Axis axis{entry.key, {}};
+    for (const Node& value : entry.value.items) axis.values.push_back(to_line(value));
+    points *= axis.values.size();
+    if (points > kMostPoints) {
+      throw SpecError(entry.where, "the sweep has more than " + std::to_string(kMostPoints) + " points");
+    }
+    axes.push_back(std::move(axis));
+  }
+  root.entries.erase(sweep);
+  return axes;
+}
+
+Study read_study(const Node& root, const Overrides& overrides) {
+  Study study = read<Study>(root);
+  if (overrides.seed) study.seed = *overrides.seed;
+  return study;
+}
+
+}  // namespace
+
+std::vector<Study> read_studies(const std::filesystem::path& spec, const Overrides& overrides) {
+  Node root = read_yaml(spec);
+  for (const std::string& assignment : overrides.assignments) set_path(root, assignment);
+  const std::vector<Axis> axes = take_sweep(root);
+
+  std::vector<Study> studies;
+  std::vector<std::size_t> index(axes.size(), 0);
+  while (true) {
+    Node point = root;
+    for (std::size_t a = 0; a < axes.size(); ++a) set_path(point, axes[a].path + "=" + axes[a].values[index[a]]);
+    Study study = read_study(point, overrides);
+    for (std::size_t a = 0; a < axes.size(); ++a) study.point.emplace_back(axes[a].path, axes[a].values[index[a]]);
+    studies.push_back(std::move(study));
+
+    std::size_t a = axes.size();
+    while (a > 0 && ++index[a - 1] == axes[a - 1].values.size()) index[--a] = 0;
+    if (a == 0) break;
+  }
+  return studies;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,173 @@
+#include "experiment/tabulate.hpp"
+
+#include <cmath>
+
+#include "experiment/metrics.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+/// "q" for one joint, "q2" for the second of several.
+std::string numbered(const std::string& name, Eigen::Index i, Eigen::Index count) {
+  return count == 1 ? name : name + std::to_string(i + 1);
+}
+
+std::string numbered(const std::string& name, Eigen::Index i, Eigen::Index j, Eigen::Index count) {
+  return count == 1 ? name : name + std::to_string(i + 1) + std::to_string(j + 1);
+}
+
+/// Appends a column of numbers, one per step.
+void add(Table& table, const std::string& name, const std::string& unit, const std::vector<LoopStep>& steps, auto&& value) {
+  std::vector<double> cells;
+  cells.reserve(steps.size());
+  for (const LoopStep& step : steps) cells.push_back(value(step));
+  table.columns.push_back({name, unit, std::move(cells)});
+}
+
+std::string mode_name(int mode, Eigen::Index joints) {
+  if (mode == Mode::kControl) return "control";
+  if (mode == Mode::kLearnDrift) return "learn_a";
+  return numbered("learn_b", mode, joints);
+}
+
+void add_belief(Table& table, const std::vector<LoopStep>& steps, Eigen::Index n) {
+  for (Eigen::Index i = 0; i < n; ++i) {
+    add(table, numbered("mean_a", i, n), "", steps, [i](const LoopStep& s) { return s.belief.drift_mean[i]; });
+    add(table, numbered("var_a", i, n), "", steps, [i](const LoopStep& s) { return s.belief.drift_variance[i]; });
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      add(table, numbered("mean_b", i, j, n), "", steps, [i, j](const LoopStep& s) { return s.belief.gain_mean(i, j); });
+      add(table, numbered("var_b", i, j, n), "", steps,
+          [i, j](const LoopStep& s) { return s.belief.gain_variance(i, j); });
+    }
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    add(table, numbered("mean_log_b", i, n), "", steps, [i](const LoopStep& s) { return s.belief.log_gain_mean[i]; });
+    add(table, numbered("var_log_b", i, n), "", steps, [i](const LoopStep& s) { return s.belief.log_gain_variance[i]; });
+  }
+}
+
+}  // namespace
+
+Table summary_table(const StudyOutcome& outcome) {
+  const std::size_t rows = outcome.outcomes.size();
+  Table table;
+  const auto add_text = [&](const std::string& name, auto&& text) {
+    std::vector<Cell> cells;
+    for (const Outcome& o : outcome.outcomes) cells.emplace_back(std::string(text(o)));
+    table.columns.push_back({name, "", std::move(cells)});
+  };
+  add_text("experiment", [&](const Outcome&) { return outcome.study.name; });
+  for (const auto& [path, value] : outcome.study.point) {
+    add_text(path, [&value = value](const Outcome&) { return value; });
+  }
+  add_text("controller", [](const Outcome& o) { return o.controller; });
+  add_text("status", [](const Outcome& o) { return to_name(o.result.status); });
+  add_text("reason", [](const Outcome& o) { return o.result.reason; });
+  for (const Metric& metric : all_metrics()) {
+    std::vector<Cell> cells(rows);
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double value = metric.value(outcome.study, outcome.outcomes[i]);
+      if (std::isnan(value)) continue;
+      cells[i] = metric.whole ? Cell(static_cast<std::int64_t>(std::llround(value))) : Cell(value);
+    }
+    table.columns.push_back({std::string(metric.name), std::string(metric.unit), std::move(cells)});
+  }
+  return table;
+}
+
+Table trajectory_table(const LoopResult& result) {
+  const std::vector<LoopStep>& steps = result.steps;
+  Table table;
+  if (steps.empty()) return table;
+  const Eigen::Index n = steps.front().position.size();
+  add(table, "t", "s", steps, [](const LoopStep& s) { return s.time; });
+  for (Eigen::Index i = 0; i < n; ++i) {
+    add(table, numbered("q", i, n), "rad or m", steps, [i](const LoopStep& s) { return s.position[i]; });
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    add(table, numbered("v", i, n), "rad/s or m/s", steps, [i](const LoopStep& s) { return s.velocity[i]; });
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    add(table, numbered("u", i, n), "N m or N", steps, [i](const LoopStep& s) { return s.input[i]; });
+  }
+  std::vector<Cell> modes;
+  modes.reserve(steps.size());
+  for (const LoopStep& step : steps) modes.emplace_back(mode_name(step.mode, n));
+  table.columns.push_back({"mode", "", std::move(modes)});
+  for (Eigen::Index i = 0; i < n; ++i) {
+    add(table, numbered("reference_q", i, n), "rad or m", steps, [i](const LoopStep& s) { return s.reference.position[i]; });
+    add(table, numbered("reference_v", i, n), "rad/s or m/s", steps,
+        [i](const LoopStep& s) { return s.reference.velocity[i]; });
+  }
+  if (steps.front().belief.drift_mean.size() == n) add_belief(table, steps, n);
+  return table;
+}
+
+Table data_table(const Belief& belief) {
+  const Eigen::Index n = belief.joints();
+  std::vector<Cell> process;
+  std::vector<std::vector<double>> inputs(static_cast<std::size_t>(2 * n));
+  std::vector<double> targets, noise;
+  const auto take = [&](const std::string& name, const Posterior& posterior) {
+    for (int k = 0; k < posterior.size(); ++k) {
+      process.emplace_back(name);
+      for (Eigen::Index d = 0; d < 2 * n; ++d) inputs[static_cast<std::size_t>(d)].push_back(posterior.inputs().points()(k, d));
+    }
+    targets.insert(targets.end(), posterior.targets().begin(), posterior.targets().end());
+    noise.insert(noise.end(), posterior.noise_variances().begin(), posterior.noise_variances().end());
+  };
+  for (int i = 0; i < n; ++i) take(numbered("a", i, n), belief.drift(i));
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) take(numbered(i == j ? "log_b" : "b", i, j, n), belief.gain(i, j));
+  }
+  Table table;
+  table.columns.push_back({"process", "", std::move(process)});
+  for (Eigen::Index i = 0; i < n; ++i) {
+    table.columns.push_back({numbered("q", i, n), "rad or m", std::move(inputs[static_cast<std::size_t>(i)])});
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    table.columns.push_back({numbered("v", i, n), "rad/s or m/s", std::move(inputs[static_cast<std::size_t>(n + i)])});
+  }
+  table.columns.push_back({"target", "", std::move(targets)});
+  table.columns.push_back({"noise_variance", "", std::move(noise)});
+  return table;
+}
+
+Table posterior_table(const Study& study, const Belief& belief) {
+  const PosteriorGrid& grid = study.output.posterior;
+  Table table;
+  if (grid.points == 0) return table;
+  for (const char* name : {"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b"}) {
+    table.columns.push_back({name, "", std::vector<double>{}});
+  }
+  const auto push = [&](std::size_t column, double value) {
+    std::get<std::vector<double>>(table.columns[column].cells).push_back(value);
+  };
+  const Eigen::Index n = belief.joints();
+  const ReferencePoint rest = at(study.reference, 0.0);
+  const auto value = [&grid](const std::vector<double>& range, int k) {
+    return grid.points == 1 ? range[0] : range[0] + (range[1] - range[0]) * k / (grid.points - 1);
+  };
+  StateVector x(2 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (int row = 0; row < grid.points; ++row) {
+      for (int column = 0; column < grid.points; ++column) {
+        x << rest.position, JointVector::Zero(n);
+        x[i] = value(grid.position, row);
+        x[n + i] = value(grid.velocity, column);
+        const BeliefMarginals seen = belief.predict(x);
+        const Affine truth = affine(study.model.plant, x.head(n), x.tail(n));
+        const std::array<double, 7> cells{static_cast<double>(i + 1), x[i], x[n + i],
+                                          std::abs(truth.drift[i] - seen.drift_mean[i]), std::sqrt(seen.drift_variance[i]),
+                                          seen.log_gain_mean[i], std::sqrt(seen.log_gain_variance[i])};
+        for (std::size_t c = 0; c < cells.size(); ++c) push(c, cells[c]);
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace bayesctrl

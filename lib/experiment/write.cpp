@@ -1,0 +1,70 @@
+#include "experiment/write.hpp"
+
+
+#include "experiment/tabulate.hpp"
+#include "io/emit.hpp"
+#include "io/files.hpp"
+#include "io/provenance.hpp"
+#include "spec/model.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int kDigits = 10;  // of trajectories: far below the integration's error, half the size of a shortest text
+
+std::string to_text(const ordered_json& value) { return value.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n"; }
+
+ordered_json summary(const StudyOutcome& outcome) {
+  ordered_json object{{"experiment", outcome.study.name}, {"description", outcome.study.description}};
+  object["seed"] = outcome.study.seed;
+  for (const auto& [path, value] : outcome.study.point) object["point"][path] = value;
+  object["controllers"] = to_json(summary_table(outcome));
+  return object;
+}
+
+ordered_json provenance(const StudyOutcome& outcome, const std::string& spec_name) {
+  ordered_json object = build_provenance();
+  object["spec_file"] = spec_name;
+  object["seed"] = outcome.study.seed;
+  object["wall_seconds"] = outcome.wall_seconds;
+  object["spec"] = to_json(outcome.study);
+  return object;
+}
+
+}  // namespace
+
+std::filesystem::path result_folder(const std::filesystem::path& out, const Study& study, std::size_t point) {
+  const std::filesystem::path folder = out / slug(study.name);
+  if (study.point.empty()) return folder;
+  const std::string number = std::to_string(point + 1);
+  return folder / (std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number);
+}
+
+void write_results(const StudyOutcome& outcome, const std::filesystem::path& folder, const std::string& spec_name) {
+  FileBatch batch;
+  for (const Outcome& run : outcome.outcomes) {
+    const std::filesystem::path own = folder / slug(run.controller);
+    if (!run.result.steps.empty()) batch.add(own / "trajectory.csv", to_csv(trajectory_table(run.result), kDigits));
+    if (run.result.belief.joints() == 0) continue;
+    batch.add(own / "data.csv", to_csv(data_table(run.result.belief)));
+    const Table posterior = posterior_table(outcome.study, run.result.belief);
+    if (!posterior.columns.empty()) batch.add(own / "posterior.csv", to_csv(posterior, kDigits));
+  }
+  batch.add(folder / "table.csv", to_csv(summary_table(outcome)));
+  batch.add(folder / "summary.json", to_text(summary(outcome)));
+  batch.add(folder / "provenance.json", to_text(provenance(outcome, spec_name)));
+  batch.commit();
+}
+
+Table gather_tables(const std::vector<std::filesystem::path>& folders) {
+  Table table;
+  for (const std::filesystem::path& folder : folders) {
+    append(table, read_csv(std::filesystem::is_directory(folder) ? folder / "table.csv" : folder));
+  }
+  return table;
+}
+
+}  // namespace bayesctrl

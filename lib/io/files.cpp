@@ -1,0 +1,186 @@
+#include "io/files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& path, int error) {
+  throw IoError(path.string() + ": " + std::generic_category().message(error));
+}
+
+/// A new file with a name of its own in `folder`; O_EXCL settles races with other processes and hosts.
+int create_temporary(const fs::path& folder, fs::path& name) {
+  static std::atomic<unsigned> counter{0};
+  while (true) {
+    name = folder / (".bayesctrl-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    const int descriptor = ::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  }
+}
+
+/// Writes and closes; returns errno, 0 when all went well. Some file systems report a full disk at `close` only.
+int write_all(int descriptor, std::string_view content) {
+  int error = 0;
+  while (!content.empty() && error == 0) {
+    const ssize_t written = ::write(descriptor, content.data(), content.size());
+    if (written >= 0)
+      content.remove_prefix(static_cast<std::size_t>(written));
+    else if (errno != EINTR)
+      error = errno;
+  }
+  if (::close(descriptor) != 0 && error == 0) error = errno;
+  return error;
+}
+
+/// Appends all that can be read to `content`, until it has more than `max_bytes`. Returns errno.
+int read_all(int descriptor, std::size_t max_bytes, std::string& content) {
+  std::array<char, 65536> buffer{};
+  while (content.size() <= max_bytes) {
+    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
+    if (count == 0) return 0;
+    if (count > 0)
+      content.append(buffer.data(), static_cast<std::size_t>(count));
+    else if (errno != EINTR)
+      return errno;
+  }
+  return 0;
+}
+
+/// Brings the file's content to the disk; returns errno. File systems that cannot do so answer EINVAL.
+int sync_file(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  const int error = ::fdatasync(descriptor) != 0 && errno != EINVAL ? errno : 0;
+  ::close(descriptor);
+  return error;
+}
+
+void make_parents(const fs::path& path) {
+  std::error_code error;
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
+  if (error) fail(path, error.value());
+}
+
+/// Calls `sync(i)` for i < count on a few threads at once: the disk then serves them with a common flush.
+void overlap(std::size_t count, const auto& sync) {
+  constexpr std::size_t kThreads = 4;
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) sync(i);
+  };
+  std::vector<std::jthread> threads;
+  try {
+    for (std::size_t i = 1; i < std::min(kThreads, count); ++i) threads.emplace_back(work);
+  } catch (const std::system_error&) {  // no more threads to be had: fewer do the same work
+  }
+  work();
+}
+
+std::uint64_t hash_of(std::string_view text) {  // FNV-1a, 64 bits
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char letter : text) hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211ULL;
+  return hash;
+}
+
+bool stays(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+}
+
+}  // namespace
+
+FileBatch::~FileBatch() { discard(); }
+
+void FileBatch::discard() noexcept {
+  for (const Pending& file : pending_) ::unlink(file.temporary.c_str());
+  pending_.clear();
+}
+
+void FileBatch::add(const fs::path& path, std::string_view content) {
+  struct stat existing {};
+  if (::stat(path.c_str(), &existing) == 0 && !S_ISREG(existing.st_mode)) {
+    throw IoError(path.string() + ": is there already and is not a regular file");
+  }
+  make_parents(path);
+  Pending& file = pending_.emplace_back(Pending{.temporary = {}, .target = path});
+  const int descriptor = create_temporary(path.parent_path(), file.temporary);
+  const int error = descriptor < 0 ? errno : write_all(descriptor, content);
+  if (error == 0) return;
+  ::unlink(file.temporary.c_str());
+  pending_.pop_back();
+  fail(path, error);
+}
+
+void FileBatch::commit() {
+  std::vector<int> errors(pending_.size(), 0);
+  overlap(pending_.size(), [&](std::size_t i) { errors[i] = sync_file(pending_[i].temporary); });
+  const auto refuse = [&](std::size_t i, int error) {
+    const fs::path target = pending_[i].target;
+    discard();
+    fail(target, error);
+  };
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    if (errors[i] != 0) refuse(i, errors[i]);
+  }
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    if (::rename(pending_[i].temporary.c_str(), pending_[i].target.c_str()) != 0) refuse(i, errno);
+  }
+  pending_.clear();
+}
+
+void write_file(const fs::path& path, std::string_view content) {
+  FileBatch batch;
+  batch.add(path, content);
+  batch.commit();
+}
+
+std::string read_file(const fs::path& path, std::size_t max_bytes) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) fail(path, errno);
+  std::string content;
+  const int error = read_all(descriptor, max_bytes, content);
+  ::close(descriptor);
+  if (error != 0) fail(path, error);
+  if (content.size() > max_bytes) {
+    throw DataError({.file = path.string()}, "has more than " + std::to_string(max_bytes) + " bytes");
+  }
+  return content;
+}
+
+std::string slug(std::string_view name) {
+  constexpr std::size_t kLongest = 100;
+  constexpr std::size_t kHashLength = 9;  // '-' and 8 hexadecimal digits
+  std::string result;
+  for (const char c : name) {
+    if (stays(c))
+      result += c;
+    else if (result.empty() || result.back() != '-')
+      result += '-';
+  }
+  if (result.starts_with('.') || result.starts_with('-')) result.front() = '_';  // hidden file; option of a command
+  if (result == name && !result.empty() && result.size() <= kLongest) return result;
+  result.resize(std::min(result.size(), kLongest - kHashLength));
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  result += '-';
+  for (std::uint64_t hash = hash_of(name) >> 32, i = 0; i < 8; ++i) result += kDigits[(hash >> (28 - 4 * i)) & 15];
+  if (result.starts_with('-')) result.front() = '_';
+  return result;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,138 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/fields.hpp"
+#include "io/emit.hpp"
+#include "io/text.hpp"
+
+namespace bayesctrl {
+
+template <class T>
+concept HasSchemaValue = requires(const T* type) {
+  nlohmann::ordered_json(schema_value(type));
+};
+
+namespace detail {
+
+/// Families that may contain themselves are defined once, under `$defs`, and referred to.
+struct Definitions {
+  std::vector<std::pair<const void*, std::string>> names;  // identity of the type, its name under `$defs`
+  nlohmann::ordered_json schemas = nlohmann::ordered_json::object();
+
+  /// Name of the type's definition; `fresh` tells that it is yet to be written.
+  std::string name_of(const void* type, std::string_view wanted, bool& fresh);
+};
+
+template <class T>
+inline constexpr char identity = 0;  // its address tells types apart
+
+nlohmann::ordered_json number_schema(const Range& range, bool whole);
+nlohmann::ordered_json choice_of(const char* keyword, std::vector<nlohmann::ordered_json> choices);
+nlohmann::ordered_json empty_object_schema();
+
+/// Adds text and unit to the schema of one parameter.
+void annotate(nlohmann::ordered_json& schema, const Info& info);
+
+template <class T>
+nlohmann::ordered_json schema_of(std::string_view key, const Info& info, Definitions& definitions);
+
+template <class T>
+inline constexpr bool has_plain_default = !(HasFields<T> || HasForm<T> || Variant<T> || Vector<T> || NamedMap<T>);
+template <>
+inline constexpr bool has_plain_default<std::vector<double>> = true;
+
+template <HasFields T>
+nlohmann::ordered_json object_schema(Definitions& definitions, std::string_view type = "") {
+  nlohmann::ordered_json schema = empty_object_schema();
+  if (!type.empty()) {
+    schema["properties"]["type"] = {{"const", type}};
+    schema["required"].push_back("type");
+  }
+  if constexpr (requires { T::kText; }) schema["description"] = T::kText;
+  const T defaults{};
+  T::fields(defaults, [&]<class Member>(std::string_view key, const Member& member, const Info& info) {
+    nlohmann::ordered_json property = schema_of<Member>(key, info, definitions);
+    annotate(property, info);
+    if constexpr (has_plain_default<Member>) {
+      if (!info.required) property["default"] = to_json(member);
+    }
+    schema["properties"][std::string(key)] = std::move(property);
+    if (info.required) schema["required"].push_back(key);
+  });
+  return schema;
+}
+
+template <class... T>
+nlohmann::ordered_json variant_schema(const std::variant<T...>*, Definitions& definitions) {
+  return choice_of("oneOf", std::vector<nlohmann::ordered_json>{object_schema<T>(definitions, T::kName)...});
+}
+
+template <HasForm T>
+nlohmann::ordered_json form_schema(std::string_view key, Definitions& definitions) {
+  std::string_view wanted = key;
+  if constexpr (requires { T::kName; }) wanted = T::kName;
+  bool fresh = false;
+  const std::string name = definitions.name_of(&identity<T>, wanted, fresh);
+  if (fresh) {
+    nlohmann::ordered_json schema = variant_schema(static_cast<const decltype(T::form)*>(nullptr), definitions);
+    definitions.schemas[name] = std::move(schema);
+  }
+  return {{"$ref", "#/$defs/" + name}};
+}
+
+template <class T>
+nlohmann::ordered_json schema_of(std::string_view key, const Info& info, Definitions& definitions) {
+  using nlohmann::ordered_json;
+  if constexpr (HasSchemaValue<T>) {
+    return schema_value(static_cast<const T*>(nullptr));
+  } else if constexpr (std::same_as<T, double>) {
+    return number_schema(info.range, false);
+  } else if constexpr (std::same_as<T, bool>) {
+    return {{"type", "boolean"}};
+  } else if constexpr (std::integral<T>) {
+    return number_schema(admitted<T>(info.range), true);
+  } else if constexpr (std::same_as<T, std::string>) {
+    return {{"type", {"string", "number", "boolean"}}};
+  } else if constexpr (NamedEnum<T>) {
+    return {{"enum", names(T{})}};
+  } else if constexpr (Optional<T>) {
+    const ordered_json value = schema_of<typename T::value_type>(key, info, definitions);
+    return choice_of("anyOf", std::vector<ordered_json>{value, {{"type", "null"}}});
+  } else if constexpr (Vector<T>) {
+    const ordered_json item = schema_of<typename T::value_type>(key, info, definitions);
+    const ordered_json list{{"type", "array"}, {"items", item}};
+    constexpr bool kOneMayStandAlone = std::same_as<T, std::vector<double>> || HasFields<typename T::value_type>;
+    return kOneMayStandAlone ? choice_of("anyOf", std::vector<ordered_json>{list, item}) : list;
+  } else if constexpr (NamedMap<T>) {
+    using Item = std::decay_t<decltype(T{}.items.front().second)>;
+    return {{"type", "object"},
+            {"propertyNames", {{"minLength", 1}}},
+            {"additionalProperties", schema_of<Item>(key, info, definitions)}};
+  } else if constexpr (Variant<T>) {
+    return variant_schema(static_cast<const T*>(nullptr), definitions);
+  } else if constexpr (HasForm<T>) {
+    return form_schema<T>(key, definitions);
+  } else {
+    static_assert(HasFields<T>, "a type of a field: see base/fields.hpp");
+    return object_schema<T>(definitions);
+  }
+}
+
+}  // namespace detail
+
+/// JSON Schema (draft 2020-12; the keywords used mean the same in draft 7 with `$defs` resolved as a plain pointer) of
+/// the YAML that `read<T>` accepts. `problem()` is not in it: constraints over several fields.
+template <class T>
+nlohmann::ordered_json schema() {
+  detail::Definitions definitions;
+  nlohmann::ordered_json result{{"$schema", "https://json-schema.org/draft/2020-12/schema"}};
+  result.update(detail::schema_of<T>("root", Info{}, definitions));
+  if (!definitions.schemas.empty()) result["$defs"] = std::move(definitions.schemas);
+  return result;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,49 @@
+#include "physics/free_run.hpp"
+
+#include <array>
+#include <stdexcept>
+
+#include "numerics/detail/dormand_prince.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+template <class PlantType>
+Recording run(const PlantType& plant, const StateVector& initial_state, const std::vector<double>& time,
+              const Eigen::MatrixXd& inputs, const Integration& integration) {
+  constexpr int kJoints = PlantType::kJoints;
+  const auto samples = static_cast<Eigen::Index>(time.size());
+  if (initial_state.size() != 2 * kJoints || inputs.rows() != samples || inputs.cols() != kJoints) {
+    throw std::invalid_argument("initial state and inputs do not fit the plant");
+  }
+  Recording result{time, Eigen::MatrixXd(samples, kJoints), Eigen::MatrixXd(samples, kJoints), inputs};
+  std::array<double, 2 * kJoints> y{};
+  for (int i = 0; i < 2 * kJoints; ++i) y[static_cast<std::size_t>(i)] = initial_state[i];
+  double step = samples > 1 ? time[1] - time[0] : 1.0;
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    result.position.row(k) = Eigen::Map<const Eigen::RowVectorXd>(y.data(), kJoints);
+    result.velocity.row(k) = Eigen::Map<const Eigen::RowVectorXd>(y.data() + kJoints, kJoints);
+    if (k + 1 == samples) break;
+    const JointVector u = inputs.row(k);
+    const auto equation = [&](const auto& x, auto& dxdt, double) {
+      const JointVector q = Eigen::Map<const JointVector>(x.data(), kJoints);
+      const JointVector v = Eigen::Map<const JointVector>(x.data() + kJoints, kJoints);
+      const Affine affine = plant.affine(q, v);
+      Eigen::Map<JointVector>(dxdt.data(), kJoints) = v;
+      Eigen::Map<JointVector>(dxdt.data() + kJoints, kJoints) = affine.drift + affine.gain * u;
+    };
+    const auto at = static_cast<std::size_t>(k);
+    integrate(equation, y, time[at], time[at + 1], integration, step);
+  }
+  return result;
+}
+
+}  // namespace
+
+Recording free_run(const Model& model, const StateVector& initial_state, const std::vector<double>& time,
+                   const Eigen::MatrixXd& inputs, const Integration& integration) {
+  return std::visit([&](const auto& plant) { return run(plant, initial_state, time, inputs, integration); }, model.plant);
+}
+
+}  // namespace bayesctrl

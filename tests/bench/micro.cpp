@@ -1,0 +1,167 @@
+// The micro-workloads W1-W4: predict, extend, maximise the likelihood, and 2000 control steps. JSON by
+// --benchmark_out=FILE --benchmark_out_format=json; the README says how the figures are read.
+
+#include <benchmark/benchmark.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <vector>
+
+#include "gp/evidence.hpp"
+#include "numerics/detail/dormand_prince.hpp"
+
+namespace {
+
+using namespace bayesctrl;
+
+using Point = std::array<double, 2>;
+
+/// 1100 training rows and 256 queries, uniform in [-pi, pi] x [-4, 4]; y = -9.81 sin x1 - 2 x2 + 0.1 N(0, 1).
+struct Data {
+  std::vector<Point> x, queries;
+  std::vector<double> y;
+
+  Data() {
+    std::ifstream rows(std::string(BAYESCTRL_SOURCE_DIR) + "/tests/reference/benchmark_data.csv");
+    std::ifstream asked(std::string(BAYESCTRL_SOURCE_DIR) + "/tests/reference/benchmark_queries.csv");
+    read(rows, 3, [&](const double* v) {
+      x.push_back({v[0], v[1]});
+      y.push_back(v[2]);
+    });
+    read(asked, 2, [&](const double* v) { queries.push_back({v[0], v[1]}); });
+    if (x.size() != 1100 || queries.size() != 256) throw std::runtime_error("benchmark data are missing");
+  }
+
+  static void read(std::istream& in, int columns, auto&& take) {
+    std::string line;
+    while (std::getline(in, line)) {
+      if (line.empty() || line[0] == '#' || line[0] == 'x') continue;
+      std::array<double, 3> values{};
+      std::stringstream cells(line);
+      for (int i = 0; i < columns; ++i) {
+        std::string cell;
+        std::getline(cells, cell, ',');
+        values[i] = std::stod(cell);
+      }
+      take(values.data());
+    }
+  }
+};
+
+const Data& data() {
+  static const Data instance;
+  return instance;
+}
+
+GaussianProcess prior(std::vector<double> length_scales, double output_scale, double noise_sd) {
+  GaussianProcess process;
+  process.noise_variance = noise_sd * noise_sd;
+  process.kernel.form = SquaredExponential{output_scale, std::move(length_scales)};
+  return process;
+}
+
+GaussianProcess prior_a() { return prior({1.5, 4.0}, 10.0, 0.1); }
+GaussianProcess prior_b() { return prior({2.0, 5.0}, 1.0, 0.05); }
+
+Posterior conditioned(const GaussianProcess& process, int n) {
+  Posterior posterior(process, 2);
+  posterior.reserve(n + 8);
+  for (int i = 0; i < n; ++i) posterior.extend(data().x[i], data().y[i]);
+  return posterior;
+}
+
+/// Mean and variance at one point, cycling through the queries.
+void W1(benchmark::State& state) {
+  const Posterior posterior = conditioned(prior_a(), static_cast<int>(state.range(0)));
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(posterior.predict(data().queries[i]));
+    i = (i + 1) % data().queries.size();
+  }
+}
+BENCHMARK(W1)->Arg(20)->Arg(50)->Arg(200)->Arg(1000);
+
+/// One more point on top of n, to the state in which W1 costs its normal price. A fresh copy each time, untimed.
+void W2(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  const Posterior posterior = conditioned(prior_a(), n);
+  const int kBatch = n > 500 ? 2 : 32;  // a few, so that a large factor is still in the cache, as after W1
+  std::vector<Posterior> copies(static_cast<std::size_t>(kBatch));
+  while (state.KeepRunningBatch(kBatch)) {
+    state.PauseTiming();
+    for (Posterior& copy : copies) {
+      copy = posterior;
+      copy.reserve(n + 8);
+    }
+    state.ResumeTiming();
+    for (Posterior& copy : copies) copy.extend(data().x[n], data().y[n]);
+  }
+}
+BENCHMARK(W2)->Arg(20)->Arg(50)->Arg(200)->Arg(998);
+
+/// Maximum of the log marginal likelihood over two length scales, output scale and noise from (2, 2, 5, 0.5).
+void W3(benchmark::State& state) {
+  const Posterior samples = conditioned(prior_a(), static_cast<int>(state.range(0)));
+  EvidenceOptions options;
+  options.max_evaluations = 500;
+  RandomStream random = random_stream(1, "W3");
+  EvidenceSummary best;
+  for (auto _ : state) {
+    best = maximize_evidence(prior({2.0, 2.0}, 5.0, 0.5), samples, options, random);
+    benchmark::DoNotOptimize(best);
+  }
+  state.counters["log_likelihood"] = best.value;
+  state.counters["evaluations"] = best.evaluations;
+}
+BENCHMARK(W3)->Arg(20)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
+
+/// 2000 control steps of 0.01 s with both processes growing to 30 points.
+void W4(benchmark::State& state) {
+  Posterior gain0(prior_b(), 2);
+  Posterior a0(prior_a(), 2);
+  for (int i = 0; i < 10; ++i) {
+    const Point& x = data().x[i];
+    a0.extend(x, -9.81 * std::sin(x[0]) - 2.0 * x[1]);
+    gain0.extend(x, std::log(2.0));
+  }
+  double final_angle = 0.0;
+  for (auto _ : state) {
+    Posterior a = a0, b = gain0;
+    a.reserve(64);
+    b.reserve(64);
+    std::array<double, 2> y{0.0, 0.0};
+    const Integration tolerances{1e-6, 1e-6};
+    double step = 0.01;
+    for (int k = 0; k < 2000; ++k) {
+      const double t = 0.01 * k;
+      if (k > 0 && k % 50 == 0) {
+        if (k / 50 % 2 == 1) {
+          a.extend(y, -9.81 * std::sin(y[0]) - 2.0 * y[1]);
+        } else {
+          b.extend(y, std::log(2.0));
+        }
+      }
+      const Marginal drift = a.predict(y);
+      const Marginal gain = b.predict(y);
+      const double r = 1.5 * std::sin(t), v = 1.5 * std::cos(t);
+      const double nu = -r + 4.0 * (v - y[1]) + 4.0 * (r - y[0]);
+      const double u = (nu - drift.mean) / std::exp(gain.mean + 0.5 * gain.variance);
+      const auto equation = [u](const std::array<double, 2>& x, std::array<double, 2>& dxdt, double) {
+        dxdt[0] = x[1];
+        dxdt[1] = -9.81 * std::sin(x[0]) - 2.0 * x[1] + 2.0 * u;
+      };
+      integrate(equation, y, t, t + 0.01, tolerances, step);
+    }
+    final_angle = y[0];
+    benchmark::DoNotOptimize(final_angle);
+  }
+  state.counters["final_angle"] = final_angle;
+}
+BENCHMARK(W4)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();

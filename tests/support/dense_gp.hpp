@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "gp/process.hpp"
+
+namespace bayesctrl::testing {
+
+inline std::span<const double> span_of(const Eigen::VectorXd& x) {
+  return {x.data(), static_cast<std::size_t>(x.size())};
+}
+
+/// k(x, y) of two single points.
+inline double covariance(const Kernel& kernel, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+  BlockArray k;
+  evaluate(kernel, InputBlock{y.data(), 1, 1, static_cast<int>(y.size())}, x.data(), k);
+  return k[0];
+}
+
+/// k(x_i, y_j) for points in rows, one pair at a time.
+inline Eigen::MatrixXd gram(const Kernel& kernel, const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
+  Eigen::MatrixXd k(x.rows(), y.rows());
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    for (Eigen::Index j = 0; j < y.rows(); ++j) k(i, j) = covariance(kernel, x.row(i), y.row(j));
+  }
+  return k;
+}
+
+/// The posterior by the textbook's matrix algebra on all data at once: m + k^T K^-1 (y - m), k(x,x) - k^T K^-1 k,
+/// log N(y; m, K) (Rasmussen & Williams 2006, Eq. 2.25, 2.26, 2.30), K including the noise.
+class DenseProcess {
+ public:
+  DenseProcess(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::vector<double> targets,
+               std::vector<double> noise_variances)
+      : prior_(prior), inputs_(inputs), rest_(inputs.rows()) {
+    Eigen::MatrixXd k = gram(prior.kernel, inputs, inputs);
+    for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+      const Eigen::VectorXd x = inputs.row(i);
+      rest_[i] = targets[i] - prior.prior_mean(span_of(x));
+      k(i, i) += noise_variances[i];
+    }
+    solver_.compute(k);
+  }
+
+  Marginal predict(const Eigen::VectorXd& x) const {
+    const Eigen::VectorXd k = gram(prior_.kernel, inputs_, x.transpose()).col(0);
+    return {prior_.prior_mean(span_of(x)) + k.dot(solver_.solve(rest_)),
+            covariance(prior_.kernel, x, x) - k.dot(solver_.solve(k))};
+  }
+
+  double log_marginal_likelihood() const {
+    const double log_determinant = solver_.vectorD().array().log().sum();
+    return -0.5 * (rest_.dot(solver_.solve(rest_)) + log_determinant +
+                   static_cast<double>(rest_.size()) * std::log(2.0 * std::numbers::pi));
+  }
+
+ private:
+  GaussianProcess prior_;
+  Eigen::MatrixXd inputs_;
+  Eigen::VectorXd rest_;
+  Eigen::LDLT<Eigen::MatrixXd> solver_;
+};
+
+inline GaussianProcess process_with(const Kernel& kernel, double noise_variance) {
+  GaussianProcess process;
+  process.kernel = kernel;
+  process.noise_variance = noise_variance;
+  return process;
+}
+
+/// A smooth, nowhere symmetric function of any number of inputs.
+inline double smooth(const Eigen::VectorXd& x) {
+  double value = 0.3;
+  for (Eigen::Index d = 0; d < x.size(); ++d) value += std::sin(1.3 * x[d] + static_cast<double>(d)) + 0.2 * x[d] * x[0];
+  return value;
+}
+
+/// The smooth function at each row.
+inline std::vector<double> smooth_at(const Eigen::MatrixXd& inputs) {
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < inputs.rows(); ++i) values.push_back(smooth(inputs.row(i)));
+  return values;
+}
+
+}  // namespace bayesctrl::testing

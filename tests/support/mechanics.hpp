@@ -1,0 +1,90 @@
+#pragma once
+
+// Textbook mechanics of every plant, written from positions and velocities in the plane and independently of lib/physics:
+// kinetic and potential energy, and the power that friction takes. A new plant needs its three functions here; without
+// them the laws of tests/physics do not compile for it.
+
+#include <cmath>
+
+#include "base/vector.hpp"
+#include "physics/plant.hpp"
+
+namespace bayesctrl::testing {
+
+// --- a slide ---------------------------------------------------------------------------------------------------------
+
+inline double kinetic_energy(const Mass& p, const JointVector& /*q*/, const JointVector& v) {
+  return 0.5 * p.mass * v[0] * v[0];
+}
+inline double potential_energy(const Mass& /*p*/, const JointVector& /*q*/) { return 0.0; }
+inline JointVector friction_torque(const Mass& p, const JointVector& /*q*/, const JointVector& v) {
+  return p.friction * v;
+}
+
+// --- a point mass on a rod: at (l sin q, -l cos q) -------------------------------------------------------------------------
+
+inline double kinetic_energy(const Pendulum& p, const JointVector& q, const JointVector& v) {
+  const double x = p.length * std::cos(q[0]) * v[0], y = p.length * std::sin(q[0]) * v[0];
+  return 0.5 * p.mass * (x * x + y * y);
+}
+inline double potential_energy(const Pendulum& p, const JointVector& q) {
+  return -p.mass * p.gravity * p.length * std::cos(q[0]);
+}
+inline JointVector friction_torque(const Pendulum& p, const JointVector& q, const JointVector& v) {
+  return (p.friction + p.friction_amplitude * std::cos(q[0] - p.friction_centre)) * v;
+}
+
+// --- two links: centres of mass in the plane, inertias about them by Steiner's theorem --------------------------------------
+
+inline double kinetic_energy(const TwoLinkArm& p, const JointVector& q, const JointVector& v) {
+  const double w = v[0] + v[1], angle = q[0] + q[1];
+  const double x1 = p.com1 * std::cos(q[0]) * v[0], y1 = p.com1 * std::sin(q[0]) * v[0];
+  const double x2 = p.length1 * std::cos(q[0]) * v[0] + p.com2 * std::cos(angle) * w;
+  const double y2 = p.length1 * std::sin(q[0]) * v[0] + p.com2 * std::sin(angle) * w;
+  const double spin1 = p.inertia1 - p.mass1 * p.com1 * p.com1, spin2 = p.inertia2 - p.mass2 * p.com2 * p.com2;
+  // Motor 1 stands on the ground, motor 2 on link 1; through its gear the latter's rotor turns against joint 2.
+  const double rotor1 = p.gear_ratio * v[0], rotor2 = v[0] - p.gear_ratio * v[1];
+  return 0.5 * (p.mass1 * (x1 * x1 + y1 * y1) + p.mass2 * (x2 * x2 + y2 * y2) + spin1 * v[0] * v[0] + spin2 * w * w +
+                p.rotor_inertia * (rotor1 * rotor1 + rotor2 * rotor2));
+}
+inline double potential_energy(const TwoLinkArm& p, const JointVector& q) {
+  const double height1 = -p.com1 * std::cos(q[0]);
+  const double height2 = -p.length1 * std::cos(q[0]) - p.com2 * std::cos(q[0] + q[1]);
+  return p.gravity * (p.mass1 * height1 + p.mass2 * height2);
+}
+inline JointVector friction_torque(const TwoLinkArm& p, const JointVector& /*q*/, const JointVector& v) {
+  JointVector torque(2);
+  torque << p.friction1 * v[0], p.friction2 * v[1];
+  return torque;
+}
+
+// --- what follows from them --------------------------------------------------------------------------------------------------
+
+inline double total_energy(const auto& plant, const JointVector& q, const JointVector& v) {
+  return kinetic_energy(plant, q, v) + potential_energy(plant, q);
+}
+
+/// Mass matrix: T is quadratic in v, so that M_ij = T(e_i + e_j) - T(e_i) - T(e_j) is exact.
+inline JointMatrix mass_matrix(const auto& plant, const JointVector& q) {
+  const Eigen::Index n = q.size();
+  const auto t = [&](const JointVector& v) { return kinetic_energy(plant, q, v); };
+  JointMatrix m(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const JointVector a = JointVector::Unit(n, i), b = JointVector::Unit(n, j);
+      m(i, j) = t(a + b) - t(a) - t(b);
+    }
+  }
+  return m;
+}
+
+/// The plant without friction.
+template <class PlantType>
+PlantType frictionless(PlantType plant) {
+  PlantType::fields(plant, [](std::string_view name, auto& value, const Info&) {
+    if (name.starts_with("friction") && name.find("centre") == std::string_view::npos) value = 0.0;
+  });
+  return plant;
+}
+
+}  // namespace bayesctrl::testing
