@@ -81,7 +81,8 @@ struct Search {
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double tolerance = std::max(published.cells[i].tolerance(), 0.5);
       const double distance = std::abs(values[i] - published.cells[i].value) / tolerance;
-      result.score += std::isnan(distance) ? kWorstCell : std::min(distance, kWorstCell);
+      const double bounded = std::isnan(distance) ? kWorstCell : std::min(distance, kWorstCell);
+      result.score += bounded * bounded;
     }
     return result;
   }

@@ -29,7 +29,8 @@ struct Vary {
 };
 
 /// A search for settings that a publication does not report. The score of a candidate is the sum over the published
-/// cells of |result - value| / tolerance, each at most kWorstCell; a tolerance of zero counts as one half.
+/// cells of the square of |result - value| / tolerance, that distance being at most kWorstCell; a tolerance of zero
+/// counts as one half.
 struct Calibration {
   static constexpr std::string_view kName = "calibration";
   std::string study;

@@ -33,7 +33,7 @@ struct InitialState {
 struct PosteriorGrid {
   std::vector<double> position{-1.0, 6.0};
   std::vector<double> velocity{-5.0, 5.0};
-  int points = 41;
+  int points = 31;
 
   static void fields(auto& self, auto&& field) {
     field("position", self.position, {kAny, "rad or m", "lowest and highest"});

@@ -13,8 +13,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kDigits = 10;  // of trajectories: far below the integration's error, half the size of a shortest text
-
 std::string to_text(const ordered_json& value) { return value.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n"; }
 
 ordered_json summary(const StudyOutcome& outcome) {
@@ -47,11 +45,11 @@ void write_results(const StudyOutcome& outcome, const std::filesystem::path& fol
   FileBatch batch;
   for (const Outcome& run : outcome.outcomes) {
     const std::filesystem::path own = folder / slug(run.controller);
-    if (!run.result.steps.empty()) batch.add(own / "trajectory.csv", to_csv(trajectory_table(run.result), kDigits));
+    if (!run.result.steps.empty()) batch.add(own / "trajectory.csv", to_csv(trajectory_table(run.result)));
     if (run.result.belief.joints() == 0) continue;
     batch.add(own / "data.csv", to_csv(data_table(run.result.belief)));
     const Table posterior = posterior_table(outcome.study, run.result.belief);
-    if (!posterior.columns.empty()) batch.add(own / "posterior.csv", to_csv(posterior, kDigits));
+    if (!posterior.columns.empty()) batch.add(own / "posterior.csv", to_csv(posterior));
   }
   batch.add(folder / "table.csv", to_csv(summary_table(outcome)));
   batch.add(folder / "summary.json", to_text(summary(outcome)));

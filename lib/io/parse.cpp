@@ -1,7 +1,5 @@
 #include <yaml-cpp/eventhandler.h>
-#include <yaml-cpp/exceptions.h>
-#include <yaml-cpp/mark.h>
-#include <yaml-cpp/parser.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <map>
@@ -206,12 +204,9 @@ class Builder final : public YAML::EventHandler {
     if (at == text_.size() || (text_[at] != '"' && text_[at] != '\'')) return;
     const char quote = text_[at];
     for (std::size_t i = at + 1; i < text_.size(); ++i) {
-      if (quote == '"' && text_[i] == '\\')
-        ++i;
-      else if (quote == '\'' && text_.substr(i, 2) == "''")
-        ++i;
-      else if (text_[i] == quote)
-        return;
+      const bool escape = quote == '"' ? text_[i] == '\\' : text_.substr(i, 2) == "''";
+      if (!escape && text_[i] == quote) return;
+      if (escape) ++i;
     }
     throw SpecError(places_.at(*last_quoted_), "this quote is never closed");
   }
@@ -226,12 +221,12 @@ class Builder final : public YAML::EventHandler {
   std::size_t count_ = 0;
 };
 
-void refuse_unreadable(std::string_view text, const std::string& file) {
+void refuse_unreadable(std::string_view text, const std::string& file, bool whole) {
   const std::size_t at = first_unreadable(text);
   if (at == std::string_view::npos) return;
   const std::string_view before = text.substr(0, at);
   const auto line = static_cast<int>(std::count(before.begin(), before.end(), '\n')) + 1;
-  throw SpecError({.file = file, .line = line}, "not a text in UTF-8, or a control character");
+  throw SpecError({.file = file, .line = whole ? 0 : line}, "not a text in UTF-8, or a control character");
 }
 
 Node parse(std::string_view text, const std::string& file, bool whole) {
@@ -240,7 +235,7 @@ Node parse(std::string_view text, const std::string& file, bool whole) {
                     "spec is " + std::to_string(text.size()) + " bytes, at most " + std::to_string(kMaxSpecBytes));
   }
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte-order mark
-  refuse_unreadable(text, file);
+  refuse_unreadable(text, file, whole);
   const Places places(text, file, whole);
   Builder builder(text, places);
   try {

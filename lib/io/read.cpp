@@ -31,11 +31,10 @@ std::string number_hint(const Node& node) {
   return digits ? ": written in decimal without leading zeros, such as 10, -0.5 or 1e-3" : "";
 }
 
-/// Empty when the text is no decimal number; infinities only as the range admits them.
-std::optional<double> double_of(const Node& node, const Range& range) {
-  if (!is_plain(node)) return std::nullopt;
-  if (range.infinite && node.text == ".inf") return kInfinity;
-  return parse_double(node.text);
+/// Empty when the text is no decimal number. Infinity also in quotes: JSON has it so.
+std::optional<double> double_of(const Node& node) {
+  if (node.kind == Node::Kind::scalar && node.text == ".inf") return kInfinity;
+  return is_plain(node) ? parse_double(node.text) : std::nullopt;
 }
 
 template <class T>
@@ -71,7 +70,7 @@ void refuse(const Node& node, std::string_view name, const std::string& must, co
 }
 
 double to_double(const Node& node, std::string_view name, const Info& info) {
-  const std::optional<double> value = double_of(node, info.range);
+  const std::optional<double> value = double_of(node);
   if (value && info.range.contains(*value)) return *value;
   const bool beyond = !value && is_plain(node) && is_decimal(node.text);
   refuse(node, name, to_string(info.range) + with_unit(info.unit),

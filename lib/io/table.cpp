@@ -101,12 +101,9 @@ void append_cells(Column& column, const Column& more) {
   for (std::size_t row = 0; row < more.size(); ++row) cells.push_back(more.at(row));
 }
 
-void append_column(Column& column, const Column& more) {
-  if (column.unit.empty()) column.unit = more.unit;
-  if (!more.unit.empty() && column.unit != more.unit) {
-    throw std::invalid_argument("column '" + column.name + "' is in " + column.unit + " and in " + more.unit);
-  }
-  append_cells(column, more);
+void require_same_unit(const Column& column, const Column& more) {
+  if (column.unit.empty() || more.unit.empty() || column.unit == more.unit) return;
+  throw std::invalid_argument("column '" + column.name + "' is in " + column.unit + " and in " + more.unit);
 }
 
 }  // namespace
@@ -136,11 +133,14 @@ const Column* Table::find(std::string_view name) const {
 void append(Table& table, const Table& more) {
   const std::size_t old_rows = table.rows();
   const std::size_t new_rows = more.rows();
+  for (const Column& column : table.columns) {
+    if (const Column* same = more.find(column.name)) require_same_unit(column, *same);
+  }
   for (Column& column : table.columns) {
-    if (const Column* same = more.find(column.name))
-      append_column(column, *same);
-    else if (new_rows > 0)
-      general_cells(column).resize(old_rows + new_rows);
+    const Column* same = more.find(column.name);
+    if (same != nullptr) append_cells(column, *same);
+    if (same != nullptr && column.unit.empty()) column.unit = same->unit;
+    if (same == nullptr && new_rows > 0) general_cells(column).resize(old_rows + new_rows);
   }
   for (const Column& column : more.columns) {
     if (table.find(column.name) != nullptr) continue;

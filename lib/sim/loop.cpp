@@ -16,6 +16,16 @@ struct Learning {
   std::array<StateVector, 3> samples;  // measured since the probe began
 };
 
+/// The learner as the machine lets it act: what is learned from a probe is the effect of the input that was applied.
+Learner within_limits(Learner learner, const std::vector<double>& limit, int inputs) {
+  if (limit.empty() || learner.probing_input.empty()) return learner;
+  JointVector u(inputs);
+  for (int j = 0; j < inputs; ++j) u[j] = probing_input(learner, {j, 0}, inputs)[j];
+  u = limited(u, limit);
+  learner.probing_input.assign(u.begin(), u.end());
+  return learner;
+}
+
 /// One run of one controller on one plant; the types are fixed so that the inner loop has no dispatch.
 template <class PlantType, class ControllerType>
 class Loop {
@@ -27,6 +37,7 @@ class Loop {
       : setup_(setup),
         plant_(plant),
         controller_(controller),
+        learner_(within_limits(setup.learner, setup.input_limit, kJoints)),
         dt_(setup.control_period),
         count_(control_steps(setup.duration, setup.control_period)),
         period_steps_(std::max(1L, std::lround(setup.learner.period / setup.control_period))),
@@ -125,14 +136,14 @@ class Loop {
     step.position = part(y_, 0);
     step.velocity = part(y_, kJoints);
     step.reference = at(setup_.reference, time);
-    const StateVector seen = measurement_(state());
+    const StateVector seen = ControllerType::kContinuous ? state() : measurement_(state());
     if constexpr (kLearns) {
       finish_probe(seen, k);
       step.belief = result_.belief.predict(seen);
       start_probe(step.belief, seen, k);
       if (learning_.probe) {
         step.mode = learning_.probe->column;
-        step.input = limited(probing_input(setup_.learner, *learning_.probe, kJoints), setup_.input_limit);
+        step.input = probing_input(learner_, *learning_.probe, kJoints);
         return;
       }
     }
@@ -144,15 +155,15 @@ class Loop {
     const long age = k - learning_.probe->start;
     if (age <= 2) learning_.samples[age] = seen;
     if (age == 2) learn();
-    if (age < setup_.learner.hold_periods) return;
+    if (age < learner_.hold_periods) return;
     learning_.probe.reset();
-    if (setup_.learner.schedule == Schedule::after_probe) learning_.next_instant = k + period_steps_;
+    if (learner_.schedule == Schedule::after_probe) learning_.next_instant = k + period_steps_;
   }
 
   void start_probe(const BeliefMarginals& belief, const StateVector& seen, long k) {
     if (k < learning_.next_instant) return;
     if (!learning_.probe && k < count_) {
-      learning_.probe = decide(setup_.learner, belief, k);
+      learning_.probe = decide(learner_, belief, k);
       learning_.samples[0] = seen;
     }
     learning_.next_instant = k + period_steps_;
@@ -161,7 +172,7 @@ class Loop {
   void learn() {
     const Derivative sample = setup_.sensor.positions_only ? estimate_from_positions(learning_.samples, dt_)
                                                            : estimate_from_states(learning_.samples, dt_);
-    const int refused = absorb(result_.belief, setup_.learner, *learning_.probe, sample);
+    const int refused = absorb(result_.belief, learner_, *learning_.probe, sample);
     result_.refused_gain_estimates += refused;
     if (setup_.tuning.when == TuneWhen::every_sample && refused == 0) tune_probed(learning_.probe->column);
   }
@@ -179,6 +190,7 @@ class Loop {
   const LoopSetup& setup_;
   const PlantType& plant_;
   const ControllerType& controller_;
+  Learner learner_;
   double dt_;
   long count_;
   long period_steps_;

@@ -122,6 +122,11 @@ TEST_CASE("what is written is read back the same", "[io]") {
   CHECK(round_trip(machine) == machine);
 }
 
+TEST_CASE("JSON is YAML: what a result holds can be run again", "[io]") {
+  CHECK(read<Study>(parse_yaml(to_json(rich_study()).dump(), "result.json")) == rich_study());
+  CHECK(read<Study>(parse_yaml(to_json(rich_study()).dump(2), "result.json")) == rich_study());
+}
+
 TEST_CASE("texts survive whatever they look like", "[io]") {
   Texts texts;
   texts.list = {"true",

@@ -150,8 +150,9 @@ TEST_CASE("nesting and size are bounded", "[io]") {
   }
   CHECK(parse_error(std::string(10'000'000, '#')) == "exp1.yaml: spec is 10000000 bytes, at most 1048576");
   CHECK(parse_error("a: " + std::string(kMaxSpecBytes - 3, 'x')) == "nothing thrown");
-  CHECK(parse_error(repeated("- a\n", 200'001))
-            .ends_with(": more than 200000 values, aliases counted as what they repeat"));
+  CHECK(parse_error(repeated("- a\n", 199'999)) == "nothing thrown");
+  CHECK_THAT(parse_error(repeated("- a\n", 200'000)),
+             Catch::EndsWith(": more than 200000 values, aliases counted as what they repeat"));
 }
 
 TEST_CASE("a spec is read from a file", "[io]") {

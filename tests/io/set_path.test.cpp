@@ -69,6 +69,7 @@ TEST_CASE("an override that is no path=value is refused", "[io]") {
   CHECK(set_error("a[0]b=1") == "--set a[0]b=1: expected '.', '[' or '=' after a part");
   CHECK(set_error("a=") == "--set a=: has no value, write null for none");
   CHECK(set_error("a=[1") == "--set a=[1: not valid YAML: end of sequence flow not found");
+  CHECK(set_error("a=\x01") == "--set a=?: not a text in UTF-8, or a control character");
   CHECK(set_error("a={k: 1, k: 2}") == "--set a={k: 1, k: 2}: 'k' is repeated");
   std::string deep = "a";
   for (int i = 0; i < 64; ++i) deep += ".a";

@@ -100,6 +100,7 @@ TEST_CASE("appending takes the union of the columns", "[io]") {
   CHECK(empty == table);
   CHECK_THROWS_WITH(append(table, {{{.name = "b", .unit = "mm", .cells = std::vector<double>{1.0}}}}),
                     "column 'b' is in m and in mm");
+  CHECK(table == empty);  // untouched
 }
 
 TEST_CASE("columns of unequal length are a mistake of the caller", "[io]") {

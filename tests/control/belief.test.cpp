@@ -1,0 +1,143 @@
+#include "control/belief.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/compare.hpp"
+#include "support/dense_gp.hpp"
+#include "support/families.hpp"
+#include "support/paper.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+
+namespace {
+
+StateVector state(int joints) { return StateVector::LinSpaced(2 * joints, -0.4, 0.9); }
+
+std::span<const double> span_of_state(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
+
+}  // namespace
+
+TEST_CASE("A belief has a process for each drift and each entry of the gain, over positions and velocities", "[control]") {
+  for (int n = 1; n <= kMaxJoints; ++n) {
+    const Belief belief = example_belief(n, 5);
+    CHECK(belief.joints() == n);
+    for (int i = 0; i < n; ++i) {
+      CHECK(belief.drift(i).dimension() == 2 * n);
+      for (int j = 0; j < n; ++j) CHECK(belief.gain(i, j).dimension() == 2 * n);
+    }
+    const BeliefMarginals marginals = belief.predict(state(n));
+    CHECK(marginals.drift_mean.size() == n);
+    CHECK(marginals.gain_mean.rows() == n);
+    CHECK(marginals.gain_mean.cols() == n);
+    CHECK(marginals.log_gain_variance.size() == n);
+  }
+}
+
+TEST_CASE("What is believed of a state is what its processes say, log-normal on the gain's diagonal", "[control]") {
+  for (int n = 1; n <= 3; ++n) {
+    Belief belief = example_belief(n, 8);
+    for (int i = 0; i < n; ++i) {  // tell the processes apart
+      belief.drift(i).extend(span_of_state(state(n)), 1.0 + i);
+      for (int j = 0; j < n; ++j) belief.gain(i, j).extend(span_of_state(state(n)), 0.1 * i - 0.2 * j);
+    }
+    const StateVector x = 0.5 * state(n);
+    const BeliefMarginals marginals = belief.predict(x);
+    for (int i = 0; i < n; ++i) {
+      const Marginal drift = belief.drift(i).predict(span_of_state(x));
+      CHECK(marginals.drift_mean[i] == drift.mean);
+      CHECK(marginals.drift_variance[i] == drift.variance);
+      for (int j = 0; j < n; ++j) {
+        const Marginal raw = belief.gain(i, j).predict(span_of_state(x));
+        const Marginal expected = i == j ? exponential_of(raw) : raw;
+        INFO("gain " << i << ", " << j);
+        CHECK(marginals.gain_mean(i, j) == expected.mean);
+        CHECK(marginals.gain_variance(i, j) == expected.variance);
+        if (i != j) continue;
+        CHECK(marginals.log_gain_mean[i] == raw.mean);
+        CHECK(marginals.log_gain_variance[i] == raw.variance);
+        CHECK(marginals.gain_mean(i, i) > 0.0);
+      }
+    }
+  }
+}
+
+TEST_CASE("One prior serves every joint, or each has its own", "[control]") {
+  BeliefPrior prior = example_prior(2);
+  const GaussianProcess other = process_with({Matern52{2.0, {1.0, 1.0, 1.0, 1.0}}}, 0.5);
+  prior.drift = {prior.drift[0], other};
+  prior.input_gain = {other, prior.input_gain[0]};
+  prior.coupling = {prior.coupling[0], other};
+  const Belief belief(prior, 2);
+  CHECK(belief.drift(0).prior().kernel == prior.drift[0].kernel);
+  CHECK(belief.drift(1).prior().kernel == other.kernel);
+  CHECK(belief.gain(0, 0).prior().kernel == other.kernel);
+  CHECK(belief.gain(1, 1).prior().kernel == prior.input_gain[1].kernel);
+  CHECK(belief.gain(0, 1).prior().kernel == prior.coupling[0].kernel);
+  CHECK(belief.gain(1, 0).prior().kernel == other.kernel);
+}
+
+TEST_CASE("Priors that fit neither one nor all joints are refused, the coupling of one joint apart", "[control]") {
+  BeliefPrior prior = example_prior(3);
+  prior.drift.push_back(prior.drift[0]);
+  CHECK_THROWS_AS(Belief(prior, 3), std::invalid_argument);
+  prior = example_prior(3);
+  prior.input_gain.clear();
+  CHECK_THROWS_AS(Belief(prior, 3), std::invalid_argument);
+  prior = example_prior(3);
+  prior.coupling.clear();
+  CHECK_THROWS_AS(Belief(prior, 3), std::invalid_argument);
+  prior = example_prior(2);
+  CHECK_THROWS_AS(Belief(prior, 3), std::invalid_argument);  // length scales for another machine
+  prior = example_prior(1);
+  prior.coupling.clear();
+  CHECK_NOTHROW(Belief(prior, 1));
+}
+
+TEST_CASE("Data points are counted per drift and per column of the gain", "[control]") {
+  Belief belief(example_prior(2), 2);
+  CHECK(belief.drift_points() == 0);
+  CHECK(belief.gain_points() == 0);
+  const StateVector x = state(2);
+  for (int i = 0; i < 2; ++i) belief.drift(i).extend(span_of_state(x), 1.0);
+  for (int i = 0; i < 2; ++i) belief.gain(i, 1).extend(span_of_state(x), 1.0);
+  CHECK(belief.drift_points() == 1);
+  CHECK(belief.gain_points() == 1);
+  CHECK(Belief{}.drift_points() == 0);
+  CHECK(Belief{}.gain_points() == 0);
+}
+
+TEST_CASE("Making room changes nothing that is believed", "[control]") {
+  Belief belief = example_belief(2, 7);
+  const BeliefMarginals before = belief.predict(state(2));
+  belief.reserve(1000);
+  const BeliefMarginals after = belief.predict(state(2));
+  CHECK(before.drift_mean == after.drift_mean);
+  CHECK(before.gain_variance == after.gain_variance);
+}
+
+TEST_CASE("With a prior model and no data, every plant is believed to be that model", "[control]") {
+  RandomStream random = random_stream(1, "prior model");
+  for_each_plant(2, [&]<class PlantType>(const PlantType& plant) {
+    constexpr int n = PlantType::kJoints;
+    BeliefPrior prior = example_prior(n);
+    prior.prior_model = Model{plant};
+    for (GaussianProcess& process : prior.input_gain) {
+      process.kernel.form = SquaredExponential{1e-8, std::vector<double>(2 * n, 1.0)};  // hardly uncertain: E b = b
+    }
+    const Belief belief(prior, n);
+    const JointVector q = random_joint_vector(random, n, 3.0), v = random_joint_vector(random, n, 3.0);
+    StateVector x(2 * n);
+    x << q, v;
+    const Affine truth = plant.affine(q, v);
+    const BeliefMarginals marginals = belief.predict(x);
+    INFO(PlantType::kName);
+    CHECK(largest_difference(marginals.drift_mean, truth.drift) == 0.0);
+    CHECK(largest_difference(marginals.gain_mean, truth.gain) < 1e-13 * truth.gain.norm());
+    CHECK(marginals.drift_variance == JointVector::Ones(n));
+  });
+  BeliefPrior prior = example_prior(1);
+  prior.prior_model = Model{TwoLinkArm{}};
+  CHECK(prior.problem(1) == "prior_model has another number of joints than the machine");
+}

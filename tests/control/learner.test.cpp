@@ -1,0 +1,184 @@
+#include "control/learner.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "support/compare.hpp"
+#include "support/dense_gp.hpp"
+#include "support/paper.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+
+namespace {
+
+/// Marginals of a machine of two joints about which nothing is uncertain.
+BeliefMarginals certain() {
+  return {JointVector::Zero(2),    JointVector::Zero(2), JointMatrix::Identity(2, 2),
+          JointMatrix::Zero(2, 2), JointVector::Zero(2), JointVector::Zero(2)};
+}
+
+Learner example_learner() {
+  Learner learner;
+  learner.drift_threshold = 0.1;
+  learner.gain_threshold = 0.2;
+  learner.probing_input = {1.5, -2.5};
+  return learner;
+}
+
+/// A smooth motion of two joints: states at t, t + dt, t + 2 dt.
+std::array<StateVector, 3> motion(double t, double dt) {
+  std::array<StateVector, 3> x;
+  for (int k = 0; k < 3; ++k) {
+    const double s = t + k * dt;
+    x[k] = Eigen::Vector4d(std::sin(1.3 * s), std::exp(-0.5 * s), 1.3 * std::cos(1.3 * s), -0.5 * std::exp(-0.5 * s));
+  }
+  return x;
+}
+
+Eigen::Vector2d acceleration_at(double s) { return {-1.69 * std::sin(1.3 * s), 0.25 * std::exp(-0.5 * s)}; }
+
+Derivative sample_at(const StateVector& x, const Eigen::Vector2d& acceleration) { return {x, acceleration}; }
+
+const StateVector kState = Eigen::Vector4d(0.3, -0.2, 1.0, 0.5);
+
+}  // namespace
+
+TEST_CASE("Nothing is learned where nothing is uncertain", "[control]") {
+  CHECK_FALSE(decide(example_learner(), certain(), 7).has_value());
+}
+
+TEST_CASE("The drift is learned first, then the first uncertain column", "[control]") {
+  BeliefMarginals belief = certain();
+  belief.log_gain_variance = Eigen::Vector2d(0.3, 0.3);
+  belief.drift_variance = Eigen::Vector2d(0.0, 0.11);  // any joint's drift
+  REQUIRE(decide(example_learner(), belief, 7).has_value());
+  CHECK(decide(example_learner(), belief, 7)->column == Probe::kDrift);
+  CHECK(decide(example_learner(), belief, 7)->start == 7);
+  belief.drift_variance.setZero();
+  CHECK(decide(example_learner(), belief, 7)->column == 0);
+  belief.log_gain_variance[0] = 0.0;
+  CHECK(decide(example_learner(), belief, 7)->column == 1);
+}
+
+TEST_CASE("A column is uncertain by any of its entries, beside the diagonal by b itself", "[control]") {
+  BeliefMarginals belief = certain();
+  belief.gain_variance(0, 1) = 0.3;  // entry of column 1
+  CHECK(decide(example_learner(), belief, 0)->column == 1);
+  belief = certain();
+  belief.gain_variance(1, 0) = 0.3;
+  CHECK(decide(example_learner(), belief, 0)->column == 0);
+  belief = certain();
+  belief.gain_variance(0, 0) = belief.gain_variance(1, 1) = 100.0;  // on the diagonal it is log b that counts
+  CHECK_FALSE(decide(example_learner(), belief, 0).has_value());
+}
+
+TEST_CASE("A variance at its threshold is small enough", "[control]") {
+  BeliefMarginals belief = certain();
+  belief.drift_variance.setConstant(0.1);
+  belief.log_gain_variance.setConstant(0.2);
+  belief.gain_variance.setConstant(0.2);
+  CHECK_FALSE(decide(example_learner(), belief, 0).has_value());
+  belief.log_gain_variance[1] = std::nextafter(0.2, 1.0);
+  CHECK(decide(example_learner(), belief, 0)->column == 1);
+  belief.drift_variance[0] = std::nextafter(0.1, 1.0);
+  CHECK(decide(example_learner(), belief, 0)->column == Probe::kDrift);
+}
+
+TEST_CASE("A probe of the drift holds no input, one of a column holds u_j e_j", "[control]") {
+  Learner learner = example_learner();
+  CHECK(probing_input(learner, {Probe::kDrift, 0}, 2) == Eigen::Vector2d(0.0, 0.0));
+  CHECK(probing_input(learner, {0, 0}, 2) == Eigen::Vector2d(1.5, 0.0));
+  CHECK(probing_input(learner, {1, 0}, 2) == Eigen::Vector2d(0.0, -2.5));
+  learner.probing_input = {4.0};
+  CHECK(probing_input(learner, {1, 0}, 2) == Eigen::Vector2d(0.0, 4.0));
+  learner.probing_input = {1.0, 0.0};
+  CHECK(learner.problem() == "probing_input must not be 0: b cannot be seen without an input");
+  CHECK(example_learner().problem().empty());
+}
+
+TEST_CASE("Both estimates of the derivatives are those of the middle sample, of second order", "[control]") {
+  constexpr double kStart = 0.4;
+  const auto errors = [&](auto&& estimate, double dt) {
+    const std::array<StateVector, 3> x = motion(kStart - dt, dt);  // the middle stays
+    const Derivative found = estimate(x, dt);
+    return Eigen::Vector2d((found.x - x[1]).norm(), (found.acceleration - acceleration_at(kStart)).norm());
+  };
+  const auto check_order = [](double coarse, double fine) { CHECK(coarse / fine == Approx(4.0).epsilon(0.02)); };
+  for (const double dt : {0.1, 0.05, 0.025}) {
+    const Eigen::Vector2d states = errors(estimate_from_states, dt), half = errors(estimate_from_states, 0.5 * dt);
+    CHECK(states[0] == 0.0);  // the state is the measured one
+    check_order(states[1], half[1]);
+    const Eigen::Vector2d positions = errors(estimate_from_positions, dt), fine = errors(estimate_from_positions, 0.5 * dt);
+    check_order(positions[0], fine[0]);
+    check_order(positions[1], fine[1]);
+  }
+}
+
+TEST_CASE("Estimates from positions do not look at the velocities, and keep the measured position", "[control]") {
+  std::array<StateVector, 3> x = motion(0.0, 0.01);
+  const Derivative before = estimate_from_positions(x, 0.01);
+  for (StateVector& state : x) state.tail(2).setConstant(std::nan(""));
+  const Derivative after = estimate_from_positions(x, 0.01);
+  CHECK(before.x == after.x);
+  CHECK(before.acceleration == after.acceleration);
+  CHECK(after.x.head(2) == x[1].head(2));
+}
+
+TEST_CASE("A probe of the drift adds its acceleration to every joint's drift and to nothing else", "[control]") {
+  Belief belief(example_prior(2), 2);
+  CHECK(absorb(belief, example_learner(), {Probe::kDrift, 0}, sample_at(kState, {3.0, -4.0})) == 0);
+  CHECK(belief.drift(0).targets() == std::vector<double>{3.0});
+  CHECK(belief.drift(1).targets() == std::vector<double>{-4.0});
+  CHECK(belief.drift(0).inputs().points().row(0) == kState.transpose());
+  CHECK(belief.drift(0).noise_variances() == std::vector<double>{0.01});
+  CHECK(belief.gain_points() == 0);
+}
+
+TEST_CASE("A probe of a column adds (q'' - E a) / u_j to that column, its logarithm on the diagonal", "[control]") {
+  Belief belief = example_belief(2, 6);
+  const BeliefMarginals before = belief.predict(kState);
+  const Eigen::Vector2d acceleration(3.0, -4.0);
+  CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, acceleration)) == 0);
+  const Eigen::Vector2d estimate = (acceleration - before.drift_mean) / -2.5;
+  REQUIRE(estimate[1] > 0.0);
+  CHECK(belief.gain(0, 1).targets().back() == Approx(estimate[0]).epsilon(1e-14));
+  CHECK(belief.gain(1, 1).targets().back() == Approx(std::log(estimate[1])).epsilon(1e-14));
+  for (int i = 0; i < 2; ++i) {
+    CHECK(belief.gain(i, 1).size() == 7);
+    CHECK(belief.gain(i, 1).noise_variances().back() == 0.01);  // the prior's
+    CHECK(belief.gain(i, 1).inputs().points().row(6) == kState.transpose());
+    CHECK(belief.gain(i, 0).size() == 6);
+    CHECK(belief.drift(i).size() == 6);
+  }
+}
+
+TEST_CASE("The noise of a sample of b is propagated as the paper has it, through the logarithm on the diagonal", "[control]") {
+  Belief belief = example_belief(2, 6);
+  const BeliefMarginals before = belief.predict(kState);
+  Learner learner = example_learner();
+  learner.gain_noise = GainNoise::propagated;
+  const Eigen::Vector2d acceleration(3.0, -4.0);
+  absorb(belief, learner, {1, 0}, sample_at(kState, acceleration));
+  const double b = (acceleration[1] - before.drift_mean[1]) / -2.5;
+  // var b_j = (var x2' + var a) / u_j^2, the first being the drift's own noise; var log b = var b / b^2.
+  const double beside = (0.01 + before.drift_variance[0]) / (2.5 * 2.5);
+  const double diagonal = (0.01 + before.drift_variance[1]) / (2.5 * 2.5) / (b * b);
+  CHECK(belief.gain(0, 1).noise_variances().back() == Approx(beside).epsilon(1e-13));
+  CHECK(belief.gain(1, 1).noise_variances().back() == Approx(diagonal).epsilon(1e-13));
+}
+
+TEST_CASE("A gain that is not positive has no logarithm: it is refused, counted, and nothing changes", "[control]") {
+  for (const double acceleration : {4.0, 0.0, std::nan("")}) {  // with u = -2.5 and no drift: b = -1.6, 0, none
+    Belief belief(example_prior(2), 2);
+    INFO("acceleration " << acceleration);
+    CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, {1.0, acceleration})) == 1);
+    for (int i = 0; i < 2; ++i) {
+      CHECK(belief.drift(i).size() == 0);
+      for (int j = 0; j < 2; ++j) CHECK(belief.gain(i, j).size() == 0);
+    }
+  }
+  Belief belief(example_prior(2), 2);  // beside the diagonal any sign will do
+  CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, {1.0, -4.0})) == 0);
+  CHECK(belief.gain(0, 1).targets().back() == -0.4);
+}

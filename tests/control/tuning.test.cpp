@@ -1,0 +1,96 @@
+#include "control/tuning.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/dense_gp.hpp"
+#include "support/families.hpp"
+#include "support/paper.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+
+namespace {
+
+Eigen::MatrixXd points_of(const Posterior& data) { return data.inputs().points(); }
+
+}  // namespace
+
+TEST_CASE("Tuning a process raises its evidence and keeps its data", "[control]") {
+  const Eigen::MatrixXd inputs = random_points(30, 2, 2.0, 71);
+  for (const auto& [name, kernel] : example_kernels(2)) {
+    Posterior data = condition(process_with(kernel, 0.1), inputs, smooth_at(inputs));
+    const Posterior before = data;
+    RandomStream random = random_stream(1, "tune");
+    const int evaluations = tune(data, EvidenceOptions{}, random);
+    INFO(name);
+    CHECK(evaluations > 0);
+    CHECK(data.log_marginal_likelihood() > before.log_marginal_likelihood() + 1.0);
+    CHECK(points_of(data) == points_of(before));
+    CHECK(data.targets() == before.targets());
+    CHECK(data.prior().mean == before.prior().mean);
+  }
+}
+
+TEST_CASE("After tuning, the samples have the noise that was found", "[control]") {
+  const Eigen::MatrixXd inputs = random_points(30, 2, 2.0, 72);
+  Posterior data = condition(process_with({SquaredExponential{}}, 0.1), inputs, smooth_at(inputs));
+  RandomStream random = random_stream(1, "tune");
+  tune(data, EvidenceOptions{}, random);
+  CHECK(data.prior().noise_variance != 0.1);
+  CHECK(data.noise_variances() == std::vector<double>(30, data.prior().noise_variance));
+}
+
+TEST_CASE("A process without data is not tuned", "[control]") {
+  Posterior data(process_with({SquaredExponential{}}, 0.1), 2);
+  RandomStream random = random_stream(1, "tune"), untouched = random;
+  CHECK(tune(data, EvidenceOptions{}, random) == 0);
+  CHECK(data.prior().noise_variance == 0.1);
+  CHECK(random == untouched);
+}
+
+TEST_CASE("Tuning a belief tunes each process that holds data by the options of its kind", "[control]") {
+  Belief belief = example_belief(2, 15);
+  belief.gain(0, 1) = Posterior(belief.gain(0, 1).prior(), 4);  // no data
+  const Belief before = belief;
+  Tuning tuning;
+  tuning.evidence.bounds.noise_variance = {0.02, 0.02};
+  tuning.gain_evidence = tuning.evidence;
+  tuning.gain_evidence->bounds.noise_variance = {0.03, 0.03};
+  RandomStream random = random_stream(1, "tune");
+  const int evaluations = tune(belief, tuning, random);
+  CHECK(evaluations >= 5);
+  for (int i = 0; i < 2; ++i) {
+    CHECK(belief.drift(i).prior().noise_variance == 0.02);
+    CHECK(belief.drift(i).targets() == before.drift(i).targets());
+    for (int j = 0; j < 2; ++j) {
+      const bool empty = i == 0 && j == 1;
+      CHECK(belief.gain(i, j).prior().noise_variance == (empty ? 0.01 : 0.03));
+      CHECK(belief.gain(i, j).targets() == before.gain(i, j).targets());
+    }
+  }
+  CHECK(belief.drift_points() == before.drift_points());
+  CHECK(belief.gain_points() == before.gain_points());
+}
+
+TEST_CASE("The gain is tuned by the options of the drift unless it has its own", "[control]") {
+  Tuning tuning;
+  tuning.evidence.restarts = 3;
+  CHECK(tuning.for_gain().restarts == 3);
+  tuning.gain_evidence = EvidenceOptions{};
+  CHECK(tuning.for_gain().restarts == 0);
+}
+
+TEST_CASE("Tuning with a prior model keeps the model in the mean", "[control]") {
+  BeliefPrior prior = example_prior(1);
+  prior.prior_model = Model{Pendulum{}};
+  Belief belief(prior, 1);
+  const Eigen::MatrixXd inputs = random_points(20, 2, 2.0, 73);
+  for (Eigen::Index i = 0; i < 20; ++i) {
+    const Eigen::VectorXd x = inputs.row(i);
+    belief.drift(0).extend(span_of(x), smooth(x));
+  }
+  RandomStream random = random_stream(1, "tune");
+  tune(belief, Tuning{}, random);
+  const Eigen::Vector2d far(1e6, 0.0);
+  CHECK(belief.drift(0).predict(span_of(far)).mean == Approx(-9.81 * std::sin(1e6)));
+}
