@@ -1,4 +1,6 @@
 #include <CLI/CLI.hpp>
+#include <malloc.h>
+
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -46,6 +48,9 @@ void add_set_option(CLI::App& command, std::vector<std::string>& assignments) {
 
 int main(int argc, char** argv) {
   using namespace bayesctrl;
+  // Long batches allocate megabytes of trajectories between small results that stay: on the heap that fragments without
+  // bound, so that anything large is mapped and unmapped on its own.
+  mallopt(M_MMAP_THRESHOLD, 256 * 1024);
   std::signal(SIGINT, handle_signal);
   std::signal(SIGTERM, handle_signal);
   ExitCode exit = ExitCode::ok;

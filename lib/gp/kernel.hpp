@@ -48,8 +48,8 @@ inline std::string Sum::problem() const { return terms.empty() ? "sum needs at l
 inline std::string Product::problem() const {
   return factors.empty() ? "product needs at least one kernel in factors" : "";
 }
-inline bool Sum::operator==(const Sum&) const = default;
-inline bool Product::operator==(const Product&) const = default;
+inline bool Sum::operator==(const Sum& other) const { return terms == other.terms; }
+inline bool Product::operator==(const Product& other) const { return factors == other.factors; }
 
 /// k(x, x).
 double variance(const Kernel& kernel);

@@ -91,7 +91,7 @@ void write_block(const ordered_json& value, std::size_t indent, std::string& out
 /// What follows a "key:" or a "-".
 void write_inside(const ordered_json& value, std::size_t indent, std::string& out) {
   if (is_short(value)) {
-    out += " " + to_yaml_line(value) + "\n";
+    out.append(" ").append(to_yaml_line(value)).append("\n");
   } else {
     out += "\n";
     write_block(value, indent + 2, out);
@@ -102,7 +102,7 @@ void write_list_item(const ordered_json& item, std::size_t indent, std::string& 
   if (is_short(item)) return write_inside(item, indent, out);
   std::string inner;
   write_block(item, indent + 2, inner);
-  out += " " + inner.substr(indent + 2);  // its first line stands beside the dash
+  out.append(" ").append(inner, indent + 2);  // its first line stands beside the dash
 }
 
 void write_block(const ordered_json& value, std::size_t indent, std::string& out) {

@@ -9,7 +9,7 @@ namespace bayesctrl {
 struct Integration {
   double relative_tolerance = 1e-8;
   double absolute_tolerance = 1e-10;
-  int max_steps = 1'000'000;  // in one call: beyond that the equation is taken to be stiff or diverging
+  int max_steps = 10'000;  // in one call: beyond that the equation is taken to be stiff or diverging
 
   static void fields(auto& self, auto&& field) {
     field("relative_tolerance", self.relative_tolerance, {between(1e-14, 1e-1), "", "of each step, relative to the state"});

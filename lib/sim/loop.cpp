@@ -61,6 +61,8 @@ class Loop {
     } catch (const NumericalError& error) {
       result_.status = RunStatus::failed;
       result_.reason = error.what();
+      // A control call that failed has settled no input: its step is left out.
+      if (!result_.steps.empty() && result_.steps.back().input.size() == 0) result_.steps.pop_back();
     }
     result_.energy = y_[2 * kJoints];
     result_.squared_error = y_[2 * kJoints + 1];

@@ -15,8 +15,6 @@ namespace {
 
 StateVector state(int joints) { return StateVector::LinSpaced(2 * joints, -0.4, 0.9); }
 
-std::span<const double> span_of_state(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
-
 }  // namespace
 
 TEST_CASE("A belief has a process for each drift and each entry of the gain, over positions and velocities", "[control]") {
@@ -39,17 +37,17 @@ TEST_CASE("What is believed of a state is what its processes say, log-normal on 
   for (int n = 1; n <= 3; ++n) {
     Belief belief = example_belief(n, 8);
     for (int i = 0; i < n; ++i) {  // tell the processes apart
-      belief.drift(i).extend(span_of_state(state(n)), 1.0 + i);
-      for (int j = 0; j < n; ++j) belief.gain(i, j).extend(span_of_state(state(n)), 0.1 * i - 0.2 * j);
+      belief.drift(i).extend(span_of(state(n)), 1.0 + i);
+      for (int j = 0; j < n; ++j) belief.gain(i, j).extend(span_of(state(n)), 0.1 * i - 0.2 * j);
     }
     const StateVector x = 0.5 * state(n);
     const BeliefMarginals marginals = belief.predict(x);
     for (int i = 0; i < n; ++i) {
-      const Marginal drift = belief.drift(i).predict(span_of_state(x));
+      const Marginal drift = belief.drift(i).predict(span_of(x));
       CHECK(marginals.drift_mean[i] == drift.mean);
       CHECK(marginals.drift_variance[i] == drift.variance);
       for (int j = 0; j < n; ++j) {
-        const Marginal raw = belief.gain(i, j).predict(span_of_state(x));
+        const Marginal raw = belief.gain(i, j).predict(span_of(x));
         const Marginal expected = i == j ? exponential_of(raw) : raw;
         INFO("gain " << i << ", " << j);
         CHECK(marginals.gain_mean(i, j) == expected.mean);
@@ -100,8 +98,8 @@ TEST_CASE("Data points are counted per drift and per column of the gain", "[cont
   CHECK(belief.drift_points() == 0);
   CHECK(belief.gain_points() == 0);
   const StateVector x = state(2);
-  for (int i = 0; i < 2; ++i) belief.drift(i).extend(span_of_state(x), 1.0);
-  for (int i = 0; i < 2; ++i) belief.gain(i, 1).extend(span_of_state(x), 1.0);
+  for (int i = 0; i < 2; ++i) belief.drift(i).extend(span_of(x), 1.0);
+  for (int i = 0; i < 2; ++i) belief.gain(i, 1).extend(span_of(x), 1.0);
   CHECK(belief.drift_points() == 1);
   CHECK(belief.gain_points() == 1);
   CHECK(Belief{}.drift_points() == 0);

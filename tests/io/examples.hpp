@@ -70,7 +70,7 @@ struct Machine {
 };
 
 inline std::string Chain::problem() const { return links.empty() ? "chain needs at least one machine in links" : ""; }
-inline bool Chain::operator==(const Chain&) const = default;
+inline bool Chain::operator==(const Chain& other) const { return links == other.links; }  // "= default": clang 14 dies
 
 struct Sensor {
   double noise = 0.1;

@@ -10,7 +10,9 @@
 
 namespace bayesctrl::testing {
 
-inline std::span<const double> span_of(const Eigen::VectorXd& x) {
+/// A view of a vector of any type; no copy that it could outlive.
+template <class Derived>
+std::span<const double> span_of(const Eigen::PlainObjectBase<Derived>& x) {
   return {x.data(), static_cast<std::size_t>(x.size())};
 }
 
