@@ -9,6 +9,7 @@
 #include "experiment/tabulate.hpp"
 #include "experiment/write.hpp"
 #include "io/files.hpp"
+#include "io/text.hpp"
 #include "progress.hpp"
 
 namespace bayesctrl {
@@ -151,7 +152,10 @@ void declare_run(CLI::App& app, ExitCode& exit) {
   sub->add_option("--out", command->out, "Folder of the results; each study gets a folder of its own in it")
       ->capture_default_str();
   add_set_option(*sub, command->overrides.assignments);
-  sub->add_option("--seed", command->overrides.seed, "Seed of all random numbers, instead of the spec's");
+  sub->add_option("--seed", command->overrides.seed, "Seed of all random numbers, instead of the spec's")
+      ->check([](const std::string& text) -> std::string {  // CLI11 itself reads -1 as 2^64 - 1
+        return parse_integer<std::uint64_t>(text) ? "" : text + " is no whole number from 0 to 2^64 - 1";
+      });
   sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

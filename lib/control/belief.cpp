@@ -7,9 +7,10 @@ namespace bayesctrl {
 
 namespace {
 
-const GaussianProcess& for_joint(const std::vector<GaussianProcess>& list, int joint) {
-  return list.size() == 1 ? list.front() : list[joint];
-}
+const auto& for_joint(const auto& list, int joint) { return list.size() == 1 ? list.front() : list[joint]; }
+
+const GaussianProcess& latent(const GaussianProcess& process) { return process; }
+const GaussianProcess& latent(const LogNormalProcess& process) { return process.log; }
 
 /// The prior of one process with `value` of the prior model's a(x) and b(x) added to its mean.
 GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model, double (*value)(const Affine&, int, int),
@@ -31,13 +32,13 @@ double gain_of(const Affine& affine, int i, int j) { return affine.gain(i, j); }
 }  // namespace
 
 std::string BeliefPrior::problem(int joints) const {
-  const auto check = [joints](const std::vector<GaussianProcess>& list, const std::string& what) -> std::string {
+  const auto check = [joints](const auto& list, const std::string& what) -> std::string {
     if (list.size() != 1 && static_cast<int>(list.size()) != joints) {
       return what + " has " + std::to_string(list.size()) + " processes for " + std::to_string(joints) +
              (joints == 1 ? " joint" : " joints: one for all or one for each");
     }
-    for (const GaussianProcess& process : list) {
-      const std::string problem = dimension_problem(process.kernel, 2 * joints);
+    for (const auto& process : list) {
+      const std::string problem = dimension_problem(latent(process).kernel, 2 * joints);
       if (!problem.empty()) return what + ": " + problem + " (positions, then velocities)";
     }
     return "";
@@ -57,7 +58,7 @@ Belief::Belief(const BeliefPrior& prior, int joints) {
   for (int i = 0; i < joints; ++i) {
     drift_.emplace_back(with_mean(for_joint(prior.drift, i), prior.prior_model, drift_of, i, i), dimension);
     for (int j = 0; j < joints; ++j) {
-      gain_.emplace_back(i == j ? with_mean(for_joint(prior.input_gain, i), prior.prior_model, log_gain_of, i, j)
+      gain_.emplace_back(i == j ? with_mean(for_joint(prior.input_gain, i).log, prior.prior_model, log_gain_of, i, j)
                                 : with_mean(for_joint(prior.coupling, i), prior.prior_model, gain_of, i, j),
                          dimension);
     }

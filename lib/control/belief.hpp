@@ -12,14 +12,14 @@ namespace bayesctrl {
 
 /// Priors over the drift a(x) and the input gain b(x) of q'' = a(x) + b(x) u. A list of one serves every joint.
 struct BeliefPrior {
-  std::vector<GaussianProcess> drift;       // a_i, one per joint
-  std::vector<GaussianProcess> input_gain;  // log b_ii, one per joint: b_ii is log-normal, hence positive
-  std::vector<GaussianProcess> coupling;    // b_ij off the diagonal, one per joint i; only for several joints
-  std::optional<Model> prior_model;         // its a, log b_ii and b_ij are added to the processes' constant means
+  std::vector<GaussianProcess> drift;        // a_i, one per joint
+  std::vector<LogNormalProcess> input_gain;  // b_ii, one per joint: positive
+  std::vector<GaussianProcess> coupling;     // b_ij off the diagonal, one per joint i; only for several joints
+  std::optional<Model> prior_model;          // its a, log b_ii and b_ij are added to the processes' constant means
 
   static void fields(auto& self, auto&& field) {
     field("drift", self.drift, {.text = "process of the drift a(x), one or one per joint", .required = true});
-    field("input_gain", self.input_gain, {.text = "process of log b(x), one or one per joint", .required = true});
+    field("input_gain", self.input_gain, {.text = "log-normal process of b(x), one or one per joint", .required = true});
     field("coupling", self.coupling, {.text = "process of b_ij(x) off the diagonal, one or one per joint"});
     field("prior_model", self.prior_model, {.text = "a model whose a and b are the prior means"});
   }

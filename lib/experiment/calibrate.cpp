@@ -25,6 +25,14 @@ constexpr double kMoveOne = 0.35;    // probability that a step changes a given 
 /// A candidate: one number per setting, for choices an index.
 using Candidate = std::vector<double>;
 
+/// Leaves the named controllers alone; an empty list keeps all.
+void choose(Study& study, const std::vector<std::string>& controllers) {
+  if (controllers.empty()) return;
+  std::erase_if(study.controllers.items, [&](const auto& item) {
+    return std::find(controllers.begin(), controllers.end(), item.first) == controllers.end();
+  });
+}
+
 struct Search {
   Calibration spec;
   std::filesystem::path study;
@@ -68,18 +76,15 @@ struct Search {
   CalibrationResult evaluate(const Candidate& candidate) const {
     CalibrationResult result{assignments(candidate), 0.0, {}};
     Study trial = read_studies(study, {result.assignments, {}}).front();
-    if (!spec.controllers.empty()) {
-      std::erase_if(trial.controllers.items, [this](const auto& item) {
-        return std::find(spec.controllers.begin(), spec.controllers.end(), item.first) == spec.controllers.end();
-      });
-    }
+    choose(trial, spec.controllers);
     RunOptions options;
     options.jobs = 1;
     const Table rows = summary_table(run_all({trial}, options).front());
     result.comparison = compare(rows, published);
     const std::vector<double> values = numbers(result.comparison, "result", "");
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const double tolerance = std::max(published.cells[i].tolerance(), 0.5);
+      const double given = published.cells[i].tolerance();
+      const double tolerance = given > 0.0 ? given : 0.5;
       const double distance = std::abs(values[i] - published.cells[i].value) / tolerance;
       const double bounded = std::isnan(distance) ? kWorstCell : std::min(distance, kWorstCell);
       result.score += bounded * bounded;
@@ -113,12 +118,23 @@ Search read_search(const std::filesystem::path& file) {
   Search search;
   search.spec = read<Calibration>(read_yaml(file));
   search.study = file.parent_path() / search.spec.study;
-  search.published = read_published(file.parent_path() / search.spec.against);
-  const Study study = read_studies(search.study).front();
+  for (const std::string& against : search.spec.against) {
+    const PublishedTable table = read_published(file.parent_path() / against);
+    search.published.cells.insert(search.published.cells.end(), table.cells.begin(), table.cells.end());
+  }
+  Study study = read_studies(search.study).front();
+  std::vector<std::string_view> known;
+  for (const auto& [name, controller] : study.controllers.items) known.push_back(name);
+  for (const std::string& name : search.spec.controllers) {
+    if (study.controllers.find(name) != nullptr) continue;
+    throw SpecError({file.string()}, "the study has no controller '" + name + "', " + suggestion(name, known));
+  }
+  choose(study, search.spec.controllers);
+  if (const std::string problem = study.problem(); !problem.empty()) {
+    throw SpecError({file.string()}, "with these controllers alone: " + problem);
+  }
   std::erase_if(search.published.cells, [&](const PublishedCell& cell) {
-    const auto& names = search.spec.controllers;
-    return cell.experiment != study.name ||
-           (!names.empty() && std::find(names.begin(), names.end(), cell.controller) == names.end());
+    return cell.experiment != study.name || study.controllers.find(cell.controller) == nullptr;
   });
   if (search.published.cells.empty()) throw SpecError({file.string()}, "no published cell belongs to these controllers");
   return search;

@@ -34,7 +34,7 @@ struct Vary {
 struct Calibration {
   static constexpr std::string_view kName = "calibration";
   std::string study;
-  std::string against;
+  std::vector<std::string> against;
   std::vector<std::string> controllers;
   Named<Vary> vary;
   int digits = 2;
@@ -45,7 +45,7 @@ struct Calibration {
 
   static void fields(auto& self, auto&& field) {
     field("study", self.study, {.text = "spec of the study, relative to this file", .required = true});
-    field("against", self.against, {.text = "published table, relative to this file", .required = true});
+    field("against", self.against, {.text = "published tables, relative to this file", .required = true});
     field("controllers", self.controllers, {.text = "the controllers to run; empty: all"});
     field("vary", self.vary, {.text = "settings by path, as for --set", .required = true});
     field("digits", self.digits, {between(1, 6), "", "significant digits of a searched number"});

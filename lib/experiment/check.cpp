@@ -26,6 +26,9 @@ double number_at(const Table& table, std::string_view column, std::size_t row) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+/// Six significant digits: a table that is kept beside the code must not differ in the last bit between machines.
+Cell shown(double value) { return std::isnan(value) ? Cell{} : Cell(std::stod(format(value, 6))); }
+
 /// The result for one cell, NaN if there is none from a run that succeeded. Of several rows the last counts.
 double result_for(const Table& results, const PublishedCell& cell) {
   double result = std::numeric_limits<double>::quiet_NaN();
@@ -68,9 +71,9 @@ Table compare(const Table& results, const PublishedTable& published) {
     experiment.emplace_back(cell.experiment);
     controller.emplace_back(cell.controller);
     metric.emplace_back(cell.metric);
-    value.push_back(std::isnan(result) ? Cell{} : Cell(result));
+    value.push_back(shown(result));
     expected.emplace_back(cell.value);
-    deviation.push_back(std::isnan(result) || cell.value == 0.0 ? Cell{} : Cell(100.0 * (result / cell.value - 1.0)));
+    deviation.push_back(cell.value == 0.0 ? Cell{} : shown(std::round(1e4 * (result / cell.value - 1.0)) / 100.0));
     tolerance.emplace_back(cell.tolerance_text());
     ok.emplace_back(std::string(std::isnan(result) ? "missing" : cell.holds(result) ? "yes" : "no"));
   }

@@ -15,6 +15,9 @@ const LoopStep* last(const Outcome& outcome) {
   return outcome.result.steps.empty() ? nullptr : &outcome.result.steps.back();
 }
 
+/// A run that never began has no integrals.
+double integral(const Outcome& outcome, double value) { return last(outcome) ? value : kNotApplicable; }
+
 double final_error(const LoopStep& step) {
   return std::sqrt((step.position - step.reference.position).squaredNorm() +
                    (step.velocity - step.reference.velocity).squaredNorm());
@@ -30,11 +33,11 @@ bool adaptive(const Outcome& outcome) { return outcome.result.belief.joints() > 
 
 constexpr std::array kMetrics{
     Metric{"energy", "u^2 s", "integral of |u|^2, the paper's control energy", false,
-           [](const Study&, const Outcome& o) { return o.result.energy; }},
+           [](const Study&, const Outcome& o) { return integral(o, o.result.energy); }},
     Metric{"energy_riemann", "u^2 s", "the same as a right-end Riemann sum with output.quadrature_step", false,
-           [](const Study& s, const Outcome& o) { return s.output.quadrature_step ? o.result.energy_riemann : kNotApplicable; }},
+           [](const Study& s, const Outcome& o) { return s.output.quadrature_step ? integral(o, o.result.energy_riemann) : kNotApplicable; }},
     Metric{"squared_error", "x^2 s", "integral of |x - xi|^2, positions and velocities", false,
-           [](const Study&, const Outcome& o) { return o.result.squared_error; }},
+           [](const Study&, const Outcome& o) { return integral(o, o.result.squared_error); }},
     Metric{"drift_points", "", "training points of a at the end", true,
            [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.belief.drift_points() : kNotApplicable; }},
     Metric{"gain_points", "", "training points of b at the end", true,

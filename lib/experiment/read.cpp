@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "io/emit.hpp"
 #include "io/read.hpp"
 
 namespace bayesctrl {
@@ -10,6 +11,9 @@ namespace {
 
 constexpr std::size_t kMostPoints = 100'000;  // of one sweep
 
+/// A text in quotes where YAML needs them.
+std::string in_quotes(const std::string& text) { return to_yaml_line(nlohmann::ordered_json(text)); }
+
 /// The YAML text of one value of a sweep, in one line, for `set_path` and for the tables.
 std::string to_line(const Node& node) {
   std::string text;
@@ -17,13 +21,13 @@ std::string to_line(const Node& node) {
     case Node::Kind::null:
       return "null";
     case Node::Kind::scalar:
-      return node.quoted ? "\"" + node.text + "\"" : node.text;
+      return node.quoted || node.text.find_first_of(",[]{}\n") != std::string::npos ? in_quotes(node.text) : node.text;
     case Node::Kind::sequence:
       for (const Node& item : node.items) text += (text.empty() ? "" : ", ") + to_line(item);
       return "[" + text + "]";
     case Node::Kind::map:
       for (const Node::Entry& entry : node.entries) {
-        text += (text.empty() ? "" : ", ") + entry.key + ": " + to_line(entry.value);
+        text += (text.empty() ? "" : ", ") + in_quotes(entry.key) + ": " + to_line(entry.value);
       }
       return "{" + text + "}";
   }
@@ -32,6 +36,7 @@ std::string to_line(const Node& node) {
 
 struct Axis {
   std::string path;
+  Location where;
   std::vector<std::string> values;
 };
 
@@ -46,7 +51,7 @@ std::vector<Axis> take_sweep(Node& root) {
   for (const Node::Entry& entry : sweep->value.entries) {
     detail::require_list(entry.value, entry.key);
     if (entry.value.items.empty()) throw SpecError(entry.where, "sweep over '" + entry.key + "' has no values");
-    Axis axis{entry.key, {}};
+    Axis axis{entry.key, entry.where, {}};
     for (const Node& value : entry.value.items) axis.values.push_back(to_line(value));
     points *= axis.values.size();
     if (points > kMostPoints) {
@@ -58,10 +63,19 @@ std::vector<Axis> take_sweep(Node& root) {
   return axes;
 }
 
-Study read_study(const Node& root, const Overrides& overrides) {
-  Study study = read<Study>(root);
-  if (overrides.seed) study.seed = *overrides.seed;
-  return study;
+/// The study of one point: the spec with the `index[a]`-th value of each axis a.
+Study read_point(Node spec, const std::vector<Axis>& axes, const std::vector<std::size_t>& index) {
+  try {
+    for (std::size_t a = 0; a < axes.size(); ++a) set_path(spec, axes[a].path + "=" + axes[a].values[index[a]]);
+    Study study = read<Study>(spec);
+    for (std::size_t a = 0; a < axes.size(); ++a) study.point.emplace_back(axes[a].path, axes[a].values[index[a]]);
+    return study;
+  } catch (const SpecError& error) {  // of a value of the sweep: say where in the file the sweep is
+    for (const Axis& axis : axes) {
+      if (std::string_view(error.what()).starts_with("--set " + axis.path + "=")) throw SpecError(axis.where, error.what());
+    }
+    throw;
+  }
 }
 
 }  // namespace
@@ -74,10 +88,8 @@ std::vector<Study> read_studies(const std::filesystem::path& spec, const Overrid
   std::vector<Study> studies;
   std::vector<std::size_t> index(axes.size(), 0);
   while (true) {
-    Node point = root;
-    for (std::size_t a = 0; a < axes.size(); ++a) set_path(point, axes[a].path + "=" + axes[a].values[index[a]]);
-    Study study = read_study(point, overrides);
-    for (std::size_t a = 0; a < axes.size(); ++a) study.point.emplace_back(axes[a].path, axes[a].values[index[a]]);
+    Study study = read_point(root, axes, index);
+    if (overrides.seed) study.seed = *overrides.seed;
     studies.push_back(std::move(study));
 
     std::size_t a = axes.size();

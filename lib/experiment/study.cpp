@@ -46,6 +46,9 @@ std::string adaptive_problem(const Study& study, const std::string& name, const 
   if (std::string text = belief->problem(joints); !text.empty()) return who + "has a belief in which " + text;
   if (std::string text = learner_problem(study, *learner, joints); !text.empty()) return text;
   if (controller.trained_from.empty()) return "";
+  if (controller.belief && controller.keep_hyper_parameters) {
+    return who + "has a belief of its own, of which nothing is used unless keep_hyper_parameters: false";
+  }
 
   std::vector<std::string_view> earlier;
   for (const auto& [key, other] : study.controllers.items) {

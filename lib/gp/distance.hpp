@@ -20,9 +20,21 @@ inline BlockArray squared_distance(const InputBlock& inputs, const double* x, co
   return r2;
 }
 
-/// Declarations shared by all kernels.
-inline constexpr Info kOutputScaleInfo{kPositive, "output unit", "standard deviation of the function"};
-inline constexpr Info kLengthScalesInfo{kPositiveOrInfinite, "input unit",
-                                        "one per input dimension (ARD); .inf: this input does not matter"};
+/// What every kernel with automatic relevance determination (ARD) has: the scale of the output and of each input.
+struct ArdScales {
+  double output_scale = 1.0;
+  std::vector<double> length_scales{1.0, 1.0};
+
+  static void fields(auto& self, auto&& field) {
+    field("output_scale", self.output_scale, {kPositive, "output unit", "standard deviation of the function"});
+    field("length_scales", self.length_scales,
+          {kPositiveOrInfinite, "input unit", "one per input dimension (ARD); .inf: this input does not matter"});
+  }
+
+  /// k(x, x).
+  double variance() const { return output_scale * output_scale; }
+
+  bool operator==(const ArdScales&) const = default;
+};
 
 }  // namespace bayesctrl

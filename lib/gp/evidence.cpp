@@ -58,8 +58,8 @@ Evidence evidence(const GaussianProcess& prior, const Posterior& data) {
     evaluate(prior.kernel, block, x, k);
     covariance.col(j).segment(first, block.count) = k.matrix();
   });
-  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(covariance);  // in place
-  if (factor.info() != Eigen::Success || !covariance.diagonal().allFinite()) {  // what is above it was never set
+  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(covariance);  // in place; the upper triangle was never set
+  if (factor.info() != Eigen::Success || !covariance.diagonal().allFinite()) {
     throw NumericalError("the covariance matrix of " + std::to_string(n) + " samples is not positive definite");
   }
   const Eigen::VectorXd rest = residuals(prior, data);

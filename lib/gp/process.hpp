@@ -37,6 +37,16 @@ struct GaussianProcess {
   double prior_mean(std::span<const double> x) const { return mean_function ? mean + mean_function(x) : mean; }
 };
 
+/// Log-normal process prior, log f ~ GP: f is positive. Observed as log f + noise, so that everything below holds for
+/// `log`, with targets log y; `exponential_of` turns its marginals into those of f.
+struct LogNormalProcess {
+  static constexpr std::string_view kName = "log_normal_process";
+  static constexpr std::string_view kText = "log f ~ GP(mean, kernel), observed as log f + noise";
+  GaussianProcess log;
+
+  static void fields(auto& self, auto&& field) { GaussianProcess::fields(self.log, field); }
+};
+
 /// A prior with the data absorbed: n inputs X, targets y, noise S (diagonal). Keeps L of K + S = L L^T and z = L^-1 (y -
 /// m(X)), so that E f(x) = m(x) + (L^-1 k) . z and var f(x) = k(x, x) - |L^-1 k|^2 (Rasmussen & Williams 2006, Alg. 2.1).
 class Posterior {

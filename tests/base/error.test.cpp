@@ -27,7 +27,7 @@ TEST_CASE("A name counts as meant up to an edit for each three letters, and alwa
   CHECK(nearest("abcdef", {"abcxyz"}).empty());      // three
   CHECK(nearest("ab", {"ax"}) == "ax");
   CHECK(nearest("ab", {"xy"}).empty());
-  CHECK(nearest("abdc", {"abcd"}) == "abcd");  // neighbours swapped is one edit
+  CHECK(nearest("abdc", {"abcd"}) == "abcd");     // neighbours swapped is one edit
   CHECK(nearest("abc", {"ab", "abcd"}) == "ab");  // equally near: the first
   CHECK(nearest("abc", {"abx", "abc"}) == "abc");
 }

@@ -92,7 +92,7 @@ TEST_CASE("The alternatives of a family have names, and these differ", "[base]")
   check(static_cast<const Reference*>(nullptr));
 }
 
-TEST_CASE("Every default that is a number lies in its own range, and every default satisfies its constraint", "[base]") {
+TEST_CASE("Every default that is a number lies in its own range, and every parameter is explained", "[base]") {
   const auto check = [](const auto* family) {
     for_each_alternative(family, [&](auto form) {
       using Form = std::decay_t<decltype(form)>;

@@ -1,5 +1,5 @@
-// The theorem of the paper's Sec. 2.3: feedback linearisation with posterior means makes the expected trajectory that of
-// the double integrator under the inner law, checked on Euler approximations as the paper's remark proposes.
+// The theorem of the paper's Sec. 2.3: feedback linearisation with posterior means makes the expected trajectory that
+// of the double integrator under the inner law, checked on Euler approximations as the paper's remark proposes.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -30,7 +30,7 @@ Belief uncertain_belief() {
   GaussianProcess gain = process_with({RationalQuadratic{0.7, {1.5, 3.0}, 1.5}}, 0.05);
   gain.mean = 0.5;
   prior.drift = {drift};
-  prior.input_gain = {gain};
+  prior.input_gain = {LogNormalProcess{gain}};
   Belief belief(prior, 1);
   const Eigen::MatrixXd points = random_points(4, 2, 2.0, 81);
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
@@ -152,7 +152,8 @@ TEST_CASE("Under its belief the expected acceleration is the inner law's, for an
       const BeliefMarginals m = belief.predict(x);
       const JointVector u = feedback_linearise(m.drift_mean, m.gain_mean, desired);
       // a + b u is linear in a and b, u is known given x: its mean needs the means alone.
-      CHECK(largest_difference(m.drift_mean + m.gain_mean * u, desired) < kRoundOff * (1.0 + m.gain_mean.norm() * u.norm()));
+      CHECK(largest_difference(m.drift_mean + m.gain_mean * u, desired) <
+            kRoundOff * (1.0 + m.gain_mean.norm() * u.norm()));
     }
   }
 }
@@ -173,8 +174,8 @@ TEST_CASE("The mean trajectory tells the mean of b from its median", "[theorem]"
 
 TEST_CASE("With a and b drawn once for a whole run the mean trajectory is, in general, another one", "[theorem]") {
   const double found = deviation(frozen(2'000, 2)), reference = deviation(redrawn(2'000, mean_gain, 2));
-  WARN("largest deviation of the mean trajectory from z'' = u'(z), in standard errors of 2000 runs: " << reference
-       << " with a and b redrawn in each step, " << found << " with one draw for each run");
+  WARN("largest deviation of the mean trajectory from z'' = u'(z), in standard errors of 2000 runs: "
+       << reference << " with a and b redrawn in each step, " << found << " with one draw for each run");
   CHECK(reference < kStandardErrors);
   CHECK(found > 2.0 * kStandardErrors);
 }

@@ -57,7 +57,8 @@ TEST_CASE("A gain that cannot be inverted, or no numbers, are a numerical error"
   CHECK_THROWS_AS(linearise(NAN, 1.0), NumericalError);
   CHECK_THROWS_AS(linearise(0.0, NAN), NumericalError);
   CHECK_THROWS_AS(linearise(INFINITY, 1.0), NumericalError);
-  CHECK_THROWS_AS(feedback_linearise(JointVector::Zero(2), JointMatrix::Zero(2, 2), JointVector::Ones(2)), NumericalError);
+  CHECK_THROWS_AS(feedback_linearise(JointVector::Zero(2), JointMatrix::Zero(2, 2), JointVector::Ones(2)),
+                  NumericalError);
   CHECK(linearise(0.0, INFINITY)[0] == 0.0);  // an input of no bounded use is not used
 }
 

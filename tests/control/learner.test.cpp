@@ -109,7 +109,8 @@ TEST_CASE("Both estimates of the derivatives are those of the middle sample, of 
     const Eigen::Vector2d states = errors(estimate_from_states, dt), half = errors(estimate_from_states, 0.5 * dt);
     CHECK(states[0] == 0.0);  // the state is the measured one
     check_order(states[1], half[1]);
-    const Eigen::Vector2d positions = errors(estimate_from_positions, dt), fine = errors(estimate_from_positions, 0.5 * dt);
+    const Eigen::Vector2d positions = errors(estimate_from_positions, dt),
+                          fine = errors(estimate_from_positions, 0.5 * dt);
     check_order(positions[0], fine[0]);
     check_order(positions[1], fine[1]);
   }
@@ -153,7 +154,8 @@ TEST_CASE("A probe of a column adds (q'' - E a) / u_j to that column, its logari
   }
 }
 
-TEST_CASE("The noise of a sample of b is propagated as the paper has it, through the logarithm on the diagonal", "[control]") {
+TEST_CASE("The noise of a sample of b is propagated as the paper has it, through the logarithm on the diagonal",
+          "[control]") {
   Belief belief = example_belief(2, 6);
   const BeliefMarginals before = belief.predict(kState);
   Learner learner = example_learner();

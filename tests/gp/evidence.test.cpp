@@ -13,8 +13,8 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-constexpr double kRoundOff = 1e-11;    // two factorisations of one matrix, condition number below 1e5
-constexpr double kDifference = 1e-6;   // central difference with step 1e-3, extrapolated; by a period it bends most
+constexpr double kRoundOff = 1e-11;   // two factorisations of one matrix, condition number below 1e5
+constexpr double kDifference = 1e-6;  // central difference with step 1e-3, extrapolated; by a period it bends most
 
 Posterior smooth_data(const GaussianProcess& prior, int n, int dimension) {
   const Eigen::MatrixXd inputs = random_points(n, dimension, 2.0, 51);

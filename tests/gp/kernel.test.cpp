@@ -1,7 +1,7 @@
 #include "gp/kernel.hpp"
 
-#include <catch2/catch.hpp>
 #include <Eigen/Eigenvalues>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "support/compare.hpp"
@@ -13,8 +13,8 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-constexpr double kRoundOff = 1e-13;    // of k, relative to the variance: some dozens of operations
-constexpr double kDifference = 1e-8;   // of a central difference with step 1e-3, extrapolated: 1e-12 + 1e-16 / 1e-3
+constexpr double kRoundOff = 1e-13;   // of k, relative to the variance: some dozens of operations
+constexpr double kDifference = 1e-8;  // of a central difference with step 1e-3, extrapolated: 1e-12 + 1e-16 / 1e-3
 
 /// All inputs of the block, with k and its gradient.
 struct Differentiated {
@@ -32,7 +32,8 @@ Differentiated differentiated(const Kernel& kernel, const Eigen::MatrixXd& input
 
 }  // namespace
 
-// The formulas of Rasmussen & Williams 2006 (4.9, 4.17, 4.19, 4.31) evaluated by mpmath with 30 digits at x - y = (0.8, -1.6).
+// The formulas of Rasmussen & Williams 2006 (4.9, 4.17, 4.19, 4.31) evaluated by mpmath with 30 digits at x - y = (0.8,
+// -1.6).
 TEST_CASE("Each kernel has the value of its formula", "[gp]") {
   const Eigen::Vector2d x(0.3, -1.2), y(-0.5, 0.4);
   const std::vector<double> scales{0.9, 2.3};
@@ -46,7 +47,8 @@ TEST_CASE("Each kernel has the value of its formula", "[gp]") {
     INFO(name_of(kernel.form));
     CHECK(covariance(kernel, x, y) == Approx(value).epsilon(kRoundOff));
   }
-  const Kernel sum{Sum{{expected[0].first, expected[4].first}}}, product{Product{{expected[0].first, expected[4].first}}};
+  const Kernel sum{Sum{{expected[0].first, expected[4].first}}},
+      product{Product{{expected[0].first, expected[4].first}}};
   CHECK(covariance(sum, x, y) == Approx(expected[0].second + expected[4].second).epsilon(kRoundOff));
   CHECK(covariance(product, x, y) == Approx(expected[0].second * expected[4].second).epsilon(kRoundOff));
 }
@@ -199,12 +201,12 @@ TEST_CASE("Hyper-parameters are listed by path, composite kernels depth first", 
   Kernel kernel{Sum{{{Product{{{Periodic{}}, {SquaredExponential{}}}}}, {RationalQuadratic{}}}}};
   std::vector<std::string> paths;
   for (const HyperParameter& parameter : hyper_parameters(kernel)) paths.push_back(parameter.name);
-  CHECK(paths == std::vector<std::string>{
-                     "terms.0.factors.0.output_scale", "terms.0.factors.0.length_scales.0",
-                     "terms.0.factors.0.length_scales.1", "terms.0.factors.0.periods.0", "terms.0.factors.0.periods.1",
-                     "terms.0.factors.1.output_scale", "terms.0.factors.1.length_scales.0",
-                     "terms.0.factors.1.length_scales.1", "terms.1.output_scale", "terms.1.length_scales.0",
-                     "terms.1.length_scales.1", "terms.1.shape"});
+  CHECK(paths == std::vector<std::string>{"terms.0.factors.0.output_scale", "terms.0.factors.0.length_scales.0",
+                                          "terms.0.factors.0.length_scales.1", "terms.0.factors.0.periods.0",
+                                          "terms.0.factors.0.periods.1", "terms.0.factors.1.output_scale",
+                                          "terms.0.factors.1.length_scales.0", "terms.0.factors.1.length_scales.1",
+                                          "terms.1.output_scale", "terms.1.length_scales.0", "terms.1.length_scales.1",
+                                          "terms.1.shape"});
   *hyper_parameters(kernel)[11].value = 7.5;
   CHECK(std::get<RationalQuadratic>(std::get<Sum>(kernel.form).terms[1].form).shape == 7.5);
 }

@@ -39,7 +39,8 @@ Sampled sample_exponential(const Marginal& log_value, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("Mean and variance of exp(f) are those of a million draws", "[gp]") {
-  for (const Marginal& log_value : {Marginal{0.0, 0.01}, Marginal{-1.4, 0.1}, Marginal{0.7, 0.25}, Marginal{0.2, 0.5}}) {
+  for (const Marginal& log_value :
+       {Marginal{0.0, 0.01}, Marginal{-1.4, 0.1}, Marginal{0.7, 0.25}, Marginal{0.2, 0.5}}) {
     const Sampled sampled = sample_exponential(log_value, 1);
     const Marginal value = exponential_of(log_value);
     INFO("m = " << log_value.mean << ", s2 = " << log_value.variance);

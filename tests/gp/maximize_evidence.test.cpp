@@ -1,5 +1,5 @@
-#include <catch2/catch.hpp>
 #include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -53,7 +53,8 @@ const std::vector<double>& bound_of(const EvidenceBounds& bounds, const std::str
 
 }  // namespace
 
-TEST_CASE("The maximised evidence is never below that of the start, for every kernel and any number of evaluations", "[gp]") {
+TEST_CASE("The maximised evidence is never below that of the start, for every kernel and any number of evaluations",
+          "[gp]") {
   for (const auto& [name, kernel] : example_kernels(2)) {
     for (const GaussianProcess& start : starts(kernel)) {
       const Posterior data = smooth_data(start, 20);
@@ -207,7 +208,8 @@ TEST_CASE("Where the start has no evidence a restart may; where nothing has, tha
   options.restarts = 10;
   CHECK(std::isfinite(maximized(prior, data, options).value));
   options.bounds.noise_variance = {1e-30, 1e-29};
-  CHECK_THROWS_WITH(maximized(prior, data, options), "the marginal likelihood could not be evaluated at any starting point");
+  CHECK_THROWS_WITH(maximized(prior, data, options),
+                    "the marginal likelihood could not be evaluated at any starting point");
 }
 
 TEST_CASE("Bounds are two numbers, the lowest first", "[gp]") {

@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
+#include <thread>
 
 #include "base/error.hpp"
 #include "gp/process.hpp"
@@ -180,7 +180,8 @@ TEST_CASE("A sample that is not finite is refused and leaves the posterior as it
   const double before = posterior.predict(span_of(x)).mean;
   const double nan = std::nan(""), infinity = INFINITY;
   for (const double y : {nan, infinity, -infinity}) CHECK_THROWS_AS(posterior.extend(span_of(x), y), NumericalError);
-  for (const double noise : {nan, infinity, -1.0}) CHECK_THROWS_AS(posterior.extend(span_of(x), 1.0, noise), NumericalError);
+  for (const double noise : {nan, infinity, -1.0})
+    CHECK_THROWS_AS(posterior.extend(span_of(x), 1.0, noise), NumericalError);
   for (const double coordinate : {nan, infinity}) {
     const Eigen::Vector2d wrong(0.3, coordinate);
     CHECK_THROWS_AS(posterior.extend(span_of(wrong), 1.0), NumericalError);
@@ -236,6 +237,24 @@ TEST_CASE("The variance never grows with data, is never negative, and forgets th
   }
 }
 
+TEST_CASE("Several threads may ask one posterior", "[gp]") {
+  const Eigen::MatrixXd inputs = random_points(100, 2, 2.0, 45), queries = random_points(200, 2, 2.0, 46);
+  const Posterior posterior = condition(process_with(plain(), 1e-2), inputs, smooth_at(inputs));
+  const auto ask = [&](std::vector<double>& means) {
+    for (Eigen::Index q = 0; q < queries.rows(); ++q) {
+      const Eigen::VectorXd x = queries.row(q);
+      means.push_back(posterior.predict(span_of(x)).mean);
+    }
+  };
+  std::vector<double> alone;
+  ask(alone);
+  std::vector<std::vector<double>> together(4);
+  std::vector<std::thread> threads;
+  for (std::vector<double>& means : together) threads.emplace_back([&] { ask(means); });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<double>& means : together) CHECK(means == alone);
+}
+
 TEST_CASE("Shapes that do not fit are the caller's error", "[gp]") {
   Posterior posterior(process_with(plain(), 1e-2), 2);
   const Eigen::Vector3d x(1.0, 2.0, 3.0);
@@ -244,6 +263,7 @@ TEST_CASE("Shapes that do not fit are the caller's error", "[gp]") {
   CHECK_THROWS_AS(posterior.extend({x.data(), 3}, 1.0), std::invalid_argument);
   CHECK_THROWS_AS(Posterior(process_with(plain(), 1e-2), 3), std::invalid_argument);
   CHECK_THROWS_AS(condition(process_with(plain(), 1e-2), Eigen::MatrixXd::Zero(3, 2), two), std::invalid_argument);
-  CHECK_THROWS_AS(condition(process_with(plain(), 1e-2), Eigen::MatrixXd::Identity(2, 2), two, std::vector<double>{1.0}),
-                  std::invalid_argument);
+  CHECK_THROWS_AS(
+      condition(process_with(plain(), 1e-2), Eigen::MatrixXd::Identity(2, 2), two, std::vector<double>{1.0}),
+      std::invalid_argument);
 }

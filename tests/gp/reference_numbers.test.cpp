@@ -1,5 +1,5 @@
-// Against tests/reference/gp.json, made by scripts/reference/gp_reference.py with scikit-learn and checked there in 80-bit
-// arithmetic: both agree to 4e-12, so that the tolerances below judge this project's numbers.
+// Against tests/reference/gp.json, made by scripts/reference/gp_reference.py with scikit-learn and checked there in
+// 80-bit arithmetic: both agree to 4e-12, so that the tolerances below judge this project's numbers.
 
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -143,8 +143,8 @@ TEST_CASE("Gradients of the evidence are those of scikit-learn", "[gp]") {
 }
 
 TEST_CASE("The maximum of the evidence is the one that scikit-learn and Newton's method find", "[gp]") {
-  // The search stops at a relative change of 1e-9: some 1e-6 of the value, its root in the parameters, which in the flat
-  // direction along growing scales together are told apart the least.
+  // The search stops at a relative change of 1e-9: some 1e-6 of the value, its root in the parameters, which in the
+  // flat direction along growing scales together are told apart the least.
   constexpr double kValue = 1e-5, kParameter = 0.03;
   std::ifstream file(kFolder + "benchmark_data.csv");
   std::vector<std::vector<double>> rows;
@@ -172,7 +172,8 @@ TEST_CASE("The maximum of the evidence is the one that scikit-learn and Newton's
     const EvidenceSummary best = maximize_evidence(start, data, {}, random);
     const auto& found = std::get<SquaredExponential>(best.prior.kernel.form);
     INFO(entry.at("name").get<std::string>() << ", value " << best.value);
-    CHECK(evidence(start, data).value == Approx(entry.at("log_marginal_likelihood_at_start").get<double>()).epsilon(1e-10));
+    CHECK(evidence(start, data).value ==
+          Approx(entry.at("log_marginal_likelihood_at_start").get<double>()).epsilon(1e-10));
     CHECK(std::abs(best.value - entry.at("log_marginal_likelihood").get<double>()) < kValue);
     CHECK(found.output_scale == Approx(entry.at("output_scale").get<double>()).epsilon(kParameter));
     CHECK(found.length_scales[0] == Approx(entry.at("length_scales")[0].get<double>()).epsilon(kParameter));

@@ -1,7 +1,7 @@
 #include "numerics/growing_cholesky.hpp"
 
-#include <catch2/catch.hpp>
 #include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "base/error.hpp"

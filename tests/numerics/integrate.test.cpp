@@ -1,8 +1,8 @@
-#include "numerics/detail/dormand_prince.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+
+#include "numerics/detail/dormand_prince.hpp"
 
 using namespace bayesctrl;
 
@@ -90,7 +90,8 @@ TEST_CASE("The error falls with the tolerance", "[numerics]") {
   constexpr double kMostSteps = 100.0;
   double before = 1.0;
   for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}) {
-    const double error = distance(solved({.relative_tolerance = tolerance, .absolute_tolerance = tolerance}), reference);
+    const double error =
+        distance(solved({.relative_tolerance = tolerance, .absolute_tolerance = tolerance}), reference);
     INFO("tolerance " << tolerance << ", error " << error);
     CHECK(error < kMostSteps * tolerance);
     CHECK(error < 0.1 * before);

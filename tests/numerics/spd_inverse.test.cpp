@@ -1,8 +1,8 @@
 #include "numerics/spd_inverse.hpp"
 
-#include <catch2/catch.hpp>
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <catch2/catch.hpp>
 
 #include "support/compare.hpp"
 #include "support/families.hpp"

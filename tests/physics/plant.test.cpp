@@ -2,9 +2,9 @@
 
 #include "physics/plant.hpp"
 
-#include <catch2/catch.hpp>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "numerics/detail/dormand_prince.hpp"
@@ -20,7 +20,8 @@ namespace {
 constexpr int kDraws = 10;  // plants of each type with random parameters
 constexpr int kStates = 10;
 
-/// A derivative by q with step 1e-2, extrapolated: (1e-2)^4 of the fifth derivative of a sine, and rounding of 1e-16 / 1e-2.
+/// A derivative by q with step 1e-2, extrapolated: (1e-2)^4 of the fifth derivative of a sine, and rounding of 1e-16 /
+/// 1e-2.
 constexpr double kDifference = 1e-7;
 
 /// Calls f(plant, q, v) for kDraws + 1 plants of each type at kStates states.
@@ -87,7 +88,8 @@ TEST_CASE("The acceleration of every plant under any input solves its Euler-Lagr
   });
 }
 
-TEST_CASE("The input gain of every plant is the inverse of its mass matrix, symmetric and positive definite", "[physics]") {
+TEST_CASE("The input gain of every plant is the inverse of its mass matrix, symmetric and positive definite",
+          "[physics]") {
   constexpr double kRoundOff = 1e-11;  // condition number of the arm's mass matrix up to 1e2, three subtractions in it
   for_each_state([&](const auto& plant, const JointVector& q, const JointVector& v) {
     const JointMatrix gain = plant.affine(q, v).gain;
@@ -118,8 +120,8 @@ TEST_CASE("Without friction and input every plant keeps its energy", "[physics]"
 TEST_CASE("Friction takes its power from every plant and nothing else does", "[physics]") {
   for_each_state([&](const auto& plant, const JointVector& q, const JointVector& v) {
     const JointVector a = plant.affine(q, v).drift;
-    const double change = derivative(
-        [&](double t) { return total_energy(plant, q + t * v + 0.5 * t * t * a, v + t * a); }, 0.0, 1e-3);
+    const double change =
+        derivative([&](double t) { return total_energy(plant, q + t * v + 0.5 * t * t * a, v + t * a); }, 0.0, 1e-3);
     const double lost = friction_torque(plant, q, v).dot(v);
     CHECK(lost >= 0.0);
     CHECK(std::abs(change + lost) < 1e-6 * (1.0 + kinetic_energy(plant, q, v) + std::abs(a.dot(v))));
@@ -136,7 +138,8 @@ TEST_CASE("At rest hanging down every plant stays", "[physics]") {
 TEST_CASE("A plant in its variant has the joints and the equations of its type", "[physics]") {
   for_each_plant(1, [&]<class PlantType>(const PlantType& plant) {
     const Plant held = plant;
-    const JointVector q = JointVector::Constant(PlantType::kJoints, 0.4), v = JointVector::Constant(PlantType::kJoints, -1.0);
+    const JointVector q = JointVector::Constant(PlantType::kJoints, 0.4),
+                      v = JointVector::Constant(PlantType::kJoints, -1.0);
     CHECK(joints(held) == PlantType::kJoints);
     CHECK(affine(held, q, v).drift == plant.affine(q, v).drift);
     CHECK(affine(held, q, v).gain == plant.affine(q, v).gain);

@@ -1,12 +1,11 @@
 // The control step allocates nothing.
 
-#include "support/allocations.hpp"
-
 #include <catch2/catch.hpp>
 #include <memory>
 #include <optional>
 
 #include "sim/loop.hpp"
+#include "support/allocations.hpp"
 #include "support/dense_gp.hpp"
 #include "support/families.hpp"
 #include "support/paper.hpp"
@@ -89,19 +88,20 @@ TEST_CASE("Asking a belief and inverting it allocates nothing, for any number of
 
 TEST_CASE("With every controller, plant and reference the control step allocates nothing", "[allocation]") {
   for (const auto& [name, controller] : example_controllers()) {
-    for_each_alternative(static_cast<Plant*>(nullptr), [&, n = name, c = controller]<class PlantType>(const PlantType& plant) {
-      LoopSetup setup = example_setup(plant, c, 1.0);
-      setup.learner = never_learning();
-      setup.input_limit = {20.0};
-      for (const auto& [reference_name, reference] : example_references(PlantType::kJoints)) {
-        setup.reference = reference;
-        allocations_of_run(setup, 10);  // buffers of the thread
-        const long short_run = allocations_of_run(setup, 1000), long_run = allocations_of_run(setup, 2000);
-        INFO(n << " on " << PlantType::kName << " along " << reference_name);
-        CHECK(short_run == long_run);
-        CHECK(short_run < 200);
-      }
-    });
+    for_each_alternative(
+        static_cast<Plant*>(nullptr), [&, n = name, c = controller]<class PlantType>(const PlantType& plant) {
+          LoopSetup setup = example_setup(plant, c, 1.0);
+          setup.learner = never_learning();
+          setup.input_limit = {20.0};
+          for (const auto& [reference_name, reference] : example_references(PlantType::kJoints)) {
+            setup.reference = reference;
+            allocations_of_run(setup, 10);  // buffers of the thread
+            const long short_run = allocations_of_run(setup, 1000), long_run = allocations_of_run(setup, 2000);
+            INFO(n << " on " << PlantType::kName << " along " << reference_name);
+            CHECK(short_run == long_run);
+            CHECK(short_run < 200);
+          }
+        });
   }
 }
 

@@ -44,21 +44,25 @@ TEST_CASE("A failed run does what the same run did up to there", "[sim]") {
   for (std::size_t k = 0; k + 1 < whole.steps.size(); ++k) CHECK(whole.steps[k].position == failed.steps[k].position);
 }
 
-TEST_CASE("An initial state that is not finite fails on every plant under every controller, at once and without a throw", "[sim]") {
+TEST_CASE(
+    "An initial state that is not finite fails on every plant under every controller, at once and without a throw",
+    "[sim]") {
   for (const auto& [name, controller] : example_controllers()) {
-    for_each_alternative(static_cast<Plant*>(nullptr), [&, n = name, c = controller]<class PlantType>(const PlantType& plant) {
-      for (const double value : {static_cast<double>(NAN), static_cast<double>(INFINITY), -static_cast<double>(INFINITY)}) {
-        for (Eigen::Index i = 0; i < 2 * PlantType::kJoints; ++i) {
-          LoopSetup setup = example_setup(plant, c, 1.0);
-          setup.initial_state[i] = value;
-          const LoopResult result = run(setup);
-          INFO(n << " on " << PlantType::kName << ", x[" << i << "] = " << value);
-          CHECK(result.status == RunStatus::failed);
-          CHECK_FALSE(result.reason.empty());
-          CHECK(result.steps.size() <= 1);
-        }
-      }
-    });
+    for_each_alternative(
+        static_cast<Plant*>(nullptr), [&, n = name, c = controller]<class PlantType>(const PlantType& plant) {
+          for (const double value :
+               {static_cast<double>(NAN), static_cast<double>(INFINITY), -static_cast<double>(INFINITY)}) {
+            for (Eigen::Index i = 0; i < 2 * PlantType::kJoints; ++i) {
+              LoopSetup setup = example_setup(plant, c, 1.0);
+              setup.initial_state[i] = value;
+              const LoopResult result = run(setup);
+              INFO(n << " on " << PlantType::kName << ", x[" << i << "] = " << value);
+              CHECK(result.status == RunStatus::failed);
+              CHECK_FALSE(result.reason.empty());
+              CHECK(result.steps.size() <= 1);
+            }
+          }
+        });
   }
 }
 

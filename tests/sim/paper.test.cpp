@@ -1,12 +1,13 @@
-// The parts of the paper's Table 2 that depend on no prior: the proportional baselines, and the oracle, which bounds what
-// any learner can reach.
+// The parts of the paper's Table 2 that depend on no prior: the proportional baselines, and the oracle, which bounds
+// what any learner can reach.
+
+#include "support/paper.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "support/compare.hpp"
-#include "support/paper.hpp"
 
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
@@ -50,7 +51,7 @@ TEST_CASE("P100 has the errors of the paper's Table 2 and reaches the goal", "[s
 
 TEST_CASE("P100 has the energies to which the integration converges", "[sim][paper]") {
   // Converged values; the paper's 644 and 11942 are sums over its own output times, see docs.
-  constexpr double kPrinted = 1e-4;     // one digit behind the point
+  constexpr double kPrinted = 1e-4;  // one digit behind the point
   constexpr double kConverged = 1e-6;
   for (const auto& [experiment, energy] : {std::pair{1, 703.2}, std::pair{2, 12198.5}, std::pair{3, 12198.5}}) {
     LoopSetup setup = paper_experiment(experiment, Proportional{100.0});
@@ -93,7 +94,8 @@ TEST_CASE("Under the oracle the pendulum moves like the double integrator under 
     setup.control_period = period;
     setup.duration = 5.0;
     double worst = 0.0;
-    for (const LoopStep& step : run(setup).steps) worst = std::max(worst, std::abs(step.position[0] - exact(step.time)));
+    for (const LoopStep& step : run(setup).steps)
+      worst = std::max(worst, std::abs(step.position[0] - exact(step.time)));
     INFO("period " << period << ", " << worst);
     CHECK(worst < 10.0 * period);
     if (before > 0.0) CHECK(before / worst == Approx(2.0).epsilon(0.1));  // first order

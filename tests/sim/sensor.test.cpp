@@ -51,7 +51,8 @@ TEST_CASE("The noise has the stated standard deviations, no mean and no memory",
   CHECK(std::abs(cross) < bound);
 }
 
-TEST_CASE("Positions are rounded to the nearest multiple of the quantum, after the noise; velocities are not", "[sim]") {
+TEST_CASE("Positions are rounded to the nearest multiple of the quantum, after the noise; velocities are not",
+          "[sim]") {
   constexpr double kQuantum = 0.01;
   Measurement exact = measurement({.quantum = kQuantum}), noisy = measurement({.noise = 0.1, .quantum = kQuantum});
   for (int k = 0; k < 200; ++k) {

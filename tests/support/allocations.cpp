@@ -34,8 +34,8 @@ long AllocationCount::value() const { return counted; }
 
 }  // namespace bayesctrl::testing
 
-// Eigen's matrices come from malloc, not from operator new, hence malloc itself is counted: these definitions precede the
-// C library's, which keeps its own under other names. The address sanitizer has a hook instead.
+// Eigen's matrices come from malloc, not from operator new, hence malloc itself is counted: these definitions precede
+// the C library's, which keeps its own under other names. The address sanitizer has a hook instead.
 #if !defined(__SANITIZE_ADDRESS__)
 
 // NOLINTBEGIN(bugprone-reserved-identifier)

@@ -2,8 +2,8 @@
 
 namespace bayesctrl::testing {
 
-/// Counts the heap allocations of this thread while it lives, by `new`, by Eigen and by anything else that calls malloc.
-/// Counting is off otherwise. Not nested.
+/// Counts the heap allocations of this thread while it lives, by `new`, by Eigen and by anything else that calls
+/// malloc. Counting is off otherwise. Not nested.
 class AllocationCount {
  public:
   AllocationCount();

@@ -77,7 +77,8 @@ inline GaussianProcess process_with(const Kernel& kernel, double noise_variance)
 /// A smooth, nowhere symmetric function of any number of inputs.
 inline double smooth(const Eigen::VectorXd& x) {
   double value = 0.3;
-  for (Eigen::Index d = 0; d < x.size(); ++d) value += std::sin(1.3 * x[d] + static_cast<double>(d)) + 0.2 * x[d] * x[0];
+  for (Eigen::Index d = 0; d < x.size(); ++d)
+    value += std::sin(1.3 * x[d] + static_cast<double>(d)) + 0.2 * x[d] * x[0];
   return value;
 }
 

@@ -22,7 +22,9 @@ struct Example {
 
 /// A kernel that is not made of others has length scales.
 template <class Form>
-concept LeafKernel = requires(Form form) { form.length_scales; };
+concept LeafKernel = requires(Form form) {
+  form.length_scales;
+};
 
 /// The form with every number drawn from (0.5, 2) and every list as long as the input has dimensions.
 template <LeafKernel Form>

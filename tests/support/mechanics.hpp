@@ -1,8 +1,8 @@
 #pragma once
 
-// Textbook mechanics of every plant, written from positions and velocities in the plane and independently of lib/physics:
-// kinetic and potential energy, and the power that friction takes. A new plant needs its three functions here; without
-// them the laws of tests/physics do not compile for it.
+// Textbook mechanics of every plant, written from positions and velocities in the plane and independently of
+// lib/physics: kinetic and potential energy, and the power that friction takes. A new plant needs its three functions
+// here; without them the laws of tests/physics do not compile for it.
 
 #include <cmath>
 
@@ -21,7 +21,8 @@ inline JointVector friction_torque(const Mass& p, const JointVector& /*q*/, cons
   return p.friction * v;
 }
 
-// --- a point mass on a rod: at (l sin q, -l cos q) -------------------------------------------------------------------------
+// --- a point mass on a rod: at (l sin q, -l cos q)
+// -------------------------------------------------------------------------
 
 inline double kinetic_energy(const Pendulum& p, const JointVector& q, const JointVector& v) {
   const double x = p.length * std::cos(q[0]) * v[0], y = p.length * std::sin(q[0]) * v[0];
@@ -34,7 +35,8 @@ inline JointVector friction_torque(const Pendulum& p, const JointVector& q, cons
   return (p.friction + p.friction_amplitude * std::cos(q[0] - p.friction_centre)) * v;
 }
 
-// --- two links: centres of mass in the plane, inertias about them by Steiner's theorem --------------------------------------
+// --- two links: centres of mass in the plane, inertias about them by Steiner's theorem
+// --------------------------------------
 
 inline double kinetic_energy(const TwoLinkArm& p, const JointVector& q, const JointVector& v) {
   const double w = v[0] + v[1], angle = q[0] + q[1];
@@ -58,7 +60,8 @@ inline JointVector friction_torque(const TwoLinkArm& p, const JointVector& /*q*/
   return torque;
 }
 
-// --- what follows from them --------------------------------------------------------------------------------------------------
+// --- what follows from them
+// --------------------------------------------------------------------------------------------------
 
 inline double total_energy(const auto& plant, const JointVector& q, const JointVector& v) {
   return kinetic_energy(plant, q, v) + potential_energy(plant, q);

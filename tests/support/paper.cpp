@@ -40,7 +40,8 @@ BeliefPrior example_prior(int joints) {
   SquaredExponential form{1.0, std::vector<double>(static_cast<std::size_t>(2 * joints), 2.0)};
   const GaussianProcess process = process_with(Kernel{form}, 1e-2);
   BeliefPrior prior;
-  prior.drift = prior.input_gain = prior.coupling = {process};
+  prior.drift = prior.coupling = {process};
+  prior.input_gain = {LogNormalProcess{process}};
   return prior;
 }
 

@@ -4,8 +4,8 @@
 
 namespace bayesctrl::testing {
 
-/// Experiment 1, 2 or 3 with the settings of the paper's Table 1: pendulum (l, r, m), Delta_u, Delta_lambda, thresholds,
-/// x0 = (0, -2), xi = (pi, 0), weights and t_f. The belief is left empty.
+/// Experiment 1, 2 or 3 with the settings of the paper's Table 1: pendulum (l, r, m), Delta_u, Delta_lambda,
+/// thresholds, x0 = (0, -2), xi = (pi, 0), weights and t_f. The belief is left empty.
 LoopSetup paper_experiment(int number, Controller controller);
 
 /// A set-up for any plant: moderate start, set-point, 0.01 s control period, belief as `example_belief`.

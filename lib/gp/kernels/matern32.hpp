@@ -5,18 +5,9 @@
 namespace bayesctrl {
 
 /// k = s^2 (1 + sqrt(3) r) exp(-sqrt(3) r) (Rasmussen & Williams 2006, Eq. 4.17).
-struct Matern32 {
+struct Matern32 : ArdScales {
   static constexpr std::string_view kName = "matern32";
   static constexpr std::string_view kText = "s^2 (1 + sqrt(3) r) exp(-sqrt(3) r): functions that are once differentiable";
-  double output_scale = 1.0;
-  std::vector<double> length_scales{1.0, 1.0};
-
-  static void fields(auto& self, auto&& field) {
-    field("output_scale", self.output_scale, kOutputScaleInfo);
-    field("length_scales", self.length_scales, kLengthScalesInfo);
-  }
-
-  double variance() const { return output_scale * output_scale; }
 
   void evaluate(const InputBlock& inputs, const double* x, BlockArray& k) const {
     const BlockArray r = (3.0 * squared_distance(inputs, x, length_scales)).sqrt();

@@ -5,19 +5,10 @@
 namespace bayesctrl {
 
 /// k = s^2 (1 + z + z^2 / 3) exp(-z), z = sqrt(5) r (Rasmussen & Williams 2006, Eq. 4.17).
-struct Matern52 {
+struct Matern52 : ArdScales {
   static constexpr std::string_view kName = "matern52";
   static constexpr std::string_view kText =
       "s^2 (1 + sqrt(5) r + 5 r^2/3) exp(-sqrt(5) r): functions that are twice differentiable";
-  double output_scale = 1.0;
-  std::vector<double> length_scales{1.0, 1.0};
-
-  static void fields(auto& self, auto&& field) {
-    field("output_scale", self.output_scale, kOutputScaleInfo);
-    field("length_scales", self.length_scales, kLengthScalesInfo);
-  }
-
-  double variance() const { return output_scale * output_scale; }
 
   void evaluate(const InputBlock& inputs, const double* x, BlockArray& k) const {
     const BlockArray z = (5.0 * squared_distance(inputs, x, length_scales)).sqrt();

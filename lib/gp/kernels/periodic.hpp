@@ -6,27 +6,21 @@
 
 namespace bayesctrl {
 
-/// k = s^2 exp(-2 sum_d sin^2(pi (x_d - y_d) / period_d) / l_d^2) (Rasmussen & Williams 2006, Eq. 4.31).
-struct Periodic {
+/// k = s^2 exp(-2 sum_d sin^2(pi (x_d - y_d) / period_d) / l_d^2): l_d scales the sine (Rasmussen & Williams 2006, Eq. 4.31).
+struct Periodic : ArdScales {
   static constexpr std::string_view kName = "periodic";
   static constexpr std::string_view kText =
       "s^2 exp(-2 sum sin^2(pi (x - y)/period)/l^2): functions that repeat, such as those of an angle";
-  double output_scale = 1.0;
-  std::vector<double> length_scales{1.0, kInfinity};
-  std::vector<double> periods{2.0 * std::numbers::pi, 1.0};
+  std::vector<double> periods{2.0 * std::numbers::pi, 2.0 * std::numbers::pi};
 
   static void fields(auto& self, auto&& field) {
-    field("output_scale", self.output_scale, kOutputScaleInfo);
-    field("length_scales", self.length_scales,
-          {kPositiveOrInfinite, "", "one per input dimension, of the sine; .inf: this input does not matter"});
+    ArdScales::fields(self, field);
     field("periods", self.periods, {kPositive, "input unit", "one per input dimension"});
   }
 
   std::string problem() const {
     return periods.size() == length_scales.size() ? "" : "periodic needs as many periods as length_scales";
   }
-
-  double variance() const { return output_scale * output_scale; }
 
   void evaluate(const InputBlock& inputs, const double* x, BlockArray& k) const {
     BlockArray sum = BlockArray::Zero(inputs.count);

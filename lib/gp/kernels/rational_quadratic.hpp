@@ -5,21 +5,16 @@
 namespace bayesctrl {
 
 /// k = s^2 (1 + r^2 / (2 shape))^-shape (Rasmussen & Williams 2006, Eq. 4.19), the paper's RQ-ARD.
-struct RationalQuadratic {
+struct RationalQuadratic : ArdScales {
   static constexpr std::string_view kName = "rational_quadratic";
   static constexpr std::string_view kText =
       "s^2 (1 + r^2/(2 shape))^-shape: a mixture of length scales; a large shape tends to the squared exponential";
-  double output_scale = 1.0;
-  std::vector<double> length_scales{1.0, 1.0};
   double shape = 1.0;
 
   static void fields(auto& self, auto&& field) {
-    field("output_scale", self.output_scale, kOutputScaleInfo);
-    field("length_scales", self.length_scales, kLengthScalesInfo);
+    ArdScales::fields(self, field);
     field("shape", self.shape, {kPositive, "", "alpha: the spread of the length scales"});
   }
-
-  double variance() const { return output_scale * output_scale; }
 
   void evaluate(const InputBlock& inputs, const double* x, BlockArray& k) const {
     const BlockArray base = 1.0 + squared_distance(inputs, x, length_scales) * (0.5 / shape);
