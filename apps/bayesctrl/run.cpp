@@ -101,7 +101,7 @@ void report(const Tally& tally, const Batch& batch, const RunCommand& command) {
   }
   if (command.quiet) return;
   for (const auto& [folder, table] : tally.tables) {
-    std::cout << to_markdown(compact(table), 5) << "results in " << folder.string() << "\n\n";
+    std::cout << to_text(compact(table), 5) << "results in " << folder.string() << "\n\n";
   }
   if (tally.failed > 0) {
     std::cout << tally.failed << " of " << tally.ok + tally.failed << " runs failed; the column 'reason' says why\n";

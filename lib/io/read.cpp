@@ -123,6 +123,16 @@ void require_known_keys(const Node& map, std::string_view owner, const Names& kn
   }
 }
 
+void refuse_override_of_nothing(const Node& map, std::string_view name, const Node::Entry& entry) {
+  const bool from_file = entry.where.line > 0;
+  if (from_file || entry.value.kind != Node::Kind::map || entry.value.find("type") != nullptr) return;
+  Names others;
+  for (const Node::Entry& other : map.entries) {
+    if (&other != &entry) others.push_back(other.key);
+  }
+  throw SpecError(entry.where, std::string(name) + " has no '" + entry.key + "', " + suggestion(entry.key, others));
+}
+
 void require_names(const Node& map, std::string_view name) {
   for (const Node::Entry& entry : map.entries) {
     if (entry.key.empty()) throw SpecError(entry.where, "a name in " + shown(name) + " is empty");

@@ -46,6 +46,9 @@ void require_list(const Node& node, std::string_view name);
 void require_map(const Node& node, std::string_view name);
 void require_known_keys(const Node& map, std::string_view owner, const Names& known);
 void require_names(const Node& map, std::string_view name);
+
+/// Refuses an entry that `--set` made on its way to a setting of something that is not there, a mistyped name.
+void refuse_override_of_nothing(const Node& map, std::string_view name, const Node::Entry& entry);
 [[noreturn]] void refuse_missing(const Node& map, std::string_view owner, std::string_view key, const Info& info);
 std::string indexed(std::string_view name, std::size_t index);
 
@@ -116,6 +119,7 @@ void read_named(const Node& node, std::string_view name, const Info& info, Named
   value.items.clear();
   value.items.reserve(node.entries.size());
   for (const Node::Entry& entry : node.entries) {
+    if constexpr (Variant<T>) refuse_override_of_nothing(node, name, entry);
     read_node(entry.value, entry.key, info, value.items.emplace_back(entry.key, T{}).second);
   }
 }

@@ -69,6 +69,13 @@ void write_markdown_cell(const Cell& cell, int digits, std::string& out) {
   out += ' ';
 }
 
+/// A text in one line, or a number.
+void write_plain_cell(const Cell& cell, int digits, std::string& out) {
+  const auto* text = std::get_if<std::string>(&cell);
+  if (text == nullptr) return write_cell(cell, digits, out);
+  for (const char letter : *text) out += static_cast<unsigned char>(letter) < ' ' ? ' ' : letter;
+}
+
 bool has_text(const Column& column) {
   const auto* cells = std::get_if<std::vector<Cell>>(&column.cells);
   const auto is_text = [](const Cell& cell) { return std::holds_alternative<std::string>(cell); };
@@ -196,6 +203,27 @@ std::string to_markdown(const Table& table, int digits) {
     }
     out += '\n';
   }
+  return out;
+}
+
+std::string to_text(const Table& table, int digits) {
+  const std::size_t rows = table.rows();
+  bool units = false;
+  for (const Column& column : table.columns) units = units || !column.unit.empty();
+  std::vector<std::string> lines(rows + (units ? 2 : 1));
+  for (const Column& column : table.columns) {
+    std::vector<std::string> cells{column.name};
+    if (units) cells.push_back(column.unit);
+    for (std::size_t row = 0; row < rows; ++row) write_plain_cell(column.at(row), digits, cells.emplace_back());
+    std::size_t width = 0;
+    for (const std::string& cell : cells) width = std::max(width, cell.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string padding(width - cells[i].size(), ' ');
+      lines[i] += (lines[i].empty() ? "" : "  ") + (has_text(column) ? cells[i] + padding : padding + cells[i]);
+    }
+  }
+  std::string out;
+  for (std::string& line : lines) out += line.erase(line.find_last_not_of(' ') + 1) + "\n";
   return out;
 }
 

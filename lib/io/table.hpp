@@ -45,6 +45,9 @@ std::string to_csv(const Table& table, int digits = 0);
 /// A Markdown table for people; units stand in the header, numbers to the right.
 std::string to_markdown(const Table& table, int digits);
 
+/// Aligned columns for a terminal; units stand below the names, numbers to the right.
+std::string to_text(const Table& table, int digits);
+
 /// A list of one object per row; a missing cell is null, infinities as in io/emit.hpp.
 nlohmann::ordered_json to_json(const Table& table);
 

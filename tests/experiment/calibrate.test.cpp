@@ -28,7 +28,7 @@ class GainSearch {
                "name: T\nsource: computed with gain 3\ncells:\n"
                "  - {experiment: slide, controller: P1, metric: energy, relative: 1.0e-6, value: " + value.str() + "}\n"
                "  - {experiment: another, controller: P1, metric: energy, absolute: 1, value: 1.0e+6}\n");
-    write_file(file(), "study: slide.yaml\nagainst: published.yaml\nvary: " + vary +
+    write_file(file(), "study: slide.yaml\nagainst: [published.yaml]\nvary: " + vary +
                            "\nstarts: 3\ndraws: 10\nsteps: 60\ndigits: 1\n" + more + "\n");
   }
 

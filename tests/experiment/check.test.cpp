@@ -13,7 +13,14 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-PublishedCell cell(double value) { return {.experiment = "e", .controller = "c", .metric = "energy", .value = value}; }
+PublishedCell cell(double value) {
+  PublishedCell result;
+  result.experiment = "e";
+  result.controller = "c";
+  result.metric = "energy";
+  result.value = value;
+  return result;
+}
 
 PublishedCell rounded(double value) {
   PublishedCell result = cell(value);
@@ -86,7 +93,7 @@ TEST_CASE("A cell needs exactly one tolerance", "[experiment]") {
   write_file(folder.path() / "t.yaml",
              "name: T\nsource: s\ncells:\n  - {experiment: e, controller: c, metric: m, value: 1, absolute: -1}\n");
   CHECK_THAT(io_examples::error_of([&] { read_published(folder.path() / "t.yaml"); }),
-             Catch::EndsWith("t.yaml:4:68: absolute = -1, must be a number of at least 0"));
+             Catch::EndsWith("t.yaml:4:67: absolute = -1, must be a number of at least 0"));
 }
 
 TEST_CASE("Tolerances are said in words", "[experiment]") {

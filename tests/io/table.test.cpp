@@ -124,6 +124,16 @@ TEST_CASE("JSON has one object per row", "[io]") {
             .dump() == R"([{"x":0.5,"y":null},{"x":null,"y":"t"}])");
 }
 
+TEST_CASE("A terminal gets aligned columns, numbers to the right, units below the names, each row one line", "[io]") {
+  const Table table{{{"name", "", std::vector<Cell>{std::string("a"), std::string("two\nlines")}},
+                     {"energy", "J", std::vector<double>{1.5, 1234.5678}}}};
+  CHECK(to_text(table, 5) ==
+        "name       energy\n"
+        "                J\n"
+        "a             1.5\n"
+        "two lines  1234.6\n");
+}
+
 TEST_CASE("numbers are taken from a column or refused", "[io]") {
   const Table table = parse_csv("q1,n,s\n0.5,1,x\n1,,2\n", "rec.csv");
   CHECK(numbers(table, "q1", "rec.csv") == std::vector<double>{0.5, 1.0});

@@ -1,0 +1,94 @@
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "io/files.hpp"
+#include "io/folder.hpp"
+#include "support/command.hpp"
+#include "support/studies.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+using io_examples::Folder;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kPoints = 400;
+
+/// A sweep that takes seconds.
+std::string long_sweep() {
+  std::string text = slide_text();
+  text.replace(text.find("duration: 2\n"), 12, "duration: 50\n");
+  text += "sweep: {seed: [1";
+  for (int seed = 2; seed <= kPoints; ++seed) text += ", " + std::to_string(seed);
+  return text + "]}\n";
+}
+
+/// Waits until the file is there; false after a minute.
+bool appears(const fs::path& file) {
+  using namespace std::chrono_literals;
+  for (int i = 0; i < 60'000; ++i) {
+    if (fs::exists(file)) return true;
+    std::this_thread::sleep_for(1ms);
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("Ctrl-C in the middle of a sweep ends with exit 130 and leaves whole files alone", "[apps]") {
+  const Folder folder;
+  const fs::path spec = folder.path() / "sweep.yaml", out = folder.path() / "out" / "slide";
+  write_file(spec, long_sweep());
+  Command command({BAYESCTRL_BINARY, "run", spec, "--out", folder.path() / "out", "--jobs", "2"});
+  REQUIRE(appears(out / "0001" / "table.csv"));
+  command.interrupt();
+  const CommandResult result = command.wait();
+  CHECK(result.status == 130);
+  CHECK_THAT(result.out, Catch::Contains("interrupted: what was written is whole"));
+
+  int points = 0;
+  for (const auto& entry : fs::directory_iterator(out)) {
+    if (!entry.is_directory()) continue;
+    ++points;
+    INFO(entry.path());
+    const auto files = files_below(entry.path());
+    for (const auto& [name, bytes] : files) {
+      INFO(name);
+      CHECK_FALSE(name.ends_with(".tmp"));
+      CHECK(bytes.ends_with("\n"));
+      if (name.ends_with(".json")) CHECK_NOTHROW(nlohmann::json::parse(bytes));
+      if (name.ends_with(".csv")) CHECK(parse_csv(bytes, name).rows() > 0);
+    }
+    CHECK(nlohmann::json::parse(files.at("summary.json"))["controllers"].size() == 4);
+    const Table table = parse_csv(files.at("table.csv"), "table.csv");
+    const std::vector<std::string> status = column_texts(table, "status"), reason = column_texts(table, "reason");
+    REQUIRE(table.rows() == 4);
+    for (std::size_t row = 0; row < 4; ++row) CHECK((status[row] == "ok" || reason[row] == "interrupted"));
+  }
+  CHECK(points >= 1);
+  CHECK(points < kPoints);
+  CHECK(read_csv(out / "table.csv").rows() == 4 * kPoints);  // a row for every run, with its reason
+}
+
+TEST_CASE("A sweep that was interrupted gives the same as another when it is run again", "[apps]") {
+  const Folder folder;
+  const fs::path spec = folder.path() / "sweep.yaml";
+  std::string text = long_sweep();
+  text.replace(text.find("duration: 50\n"), 13, "duration: 1\n");
+  text.replace(text.find(", 9"), std::string::npos, "]}\n");  // eight points
+  write_file(spec, text);
+  const auto run = [&](const fs::path& out) {
+    CHECK(bayesctrl_with({"run", spec, "--out", out, "--quiet"}).status == 0);
+    auto files = files_below(out);
+    std::erase_if(files, [](const auto& file) { return file.first.ends_with("provenance.json"); });
+    return files;
+  };
+  Command command({BAYESCTRL_BINARY, "run", spec, "--out", folder.path() / "out", "--jobs", "1", "--quiet"});
+  REQUIRE(appears(folder.path() / "out" / "slide" / "0001" / "table.csv"));
+  command.interrupt();
+  command.wait();
+  CHECK(run(folder.path() / "out") == run(folder.path() / "fresh"));
+}
