@@ -8,6 +8,7 @@
 #include "experiment/study.hpp"
 #include "gp/kernel.hpp"
 #include "io/describe.hpp"
+#include "physics/effect.hpp"
 #include "physics/plant.hpp"
 #include "spec/model.hpp"
 
@@ -52,6 +53,7 @@ ordered_json everything() {
           {"controllers", family(static_cast<const Controller*>(nullptr))},
           {"references", family(static_cast<const Reference*>(nullptr))},
           {"kernels", family(static_cast<const decltype(Kernel::form)*>(nullptr))},
+          {"effects", family(static_cast<const EffectForm*>(nullptr))},
           {"metrics", metrics()}};
 }
 
@@ -80,9 +82,9 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
     bool json = false;
   };
   auto command = std::make_shared<Command>();
-  CLI::App* sub = app.add_subcommand("list", "List plants, controllers, references, kernels and metrics, with parameters");
+  CLI::App* sub = app.add_subcommand("list", "List plants, controllers, references, kernels, effects and metrics");
   sub->add_option("FAMILY", command->family, "Only this family")
-      ->check(CLI::IsMember({"plants", "controllers", "references", "kernels", "metrics"}));
+      ->check(CLI::IsMember({"plants", "controllers", "references", "kernels", "effects", "metrics"}));
   sub->add_flag("--json", command->json, "Print one JSON object");
   sub->callback([command] {
     ordered_json families = everything();

@@ -54,11 +54,16 @@ TEST_CASE("Exit 0: a run that succeeded prints its table and where the results a
 
 TEST_CASE("Exit 2: a wrong usage says what is wrong and where help is", "[apps]") {
   const Desk desk;
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{}, {"fly"}, {"run"}, {"run", desk.spec(), "--jobs", "-1"},
-        {"run", desk.spec(), "--seed", "-1"}, {"run", desk.spec(), "--seed", "1.5"},
-        {"run", desk.spec(), "--seed", "18446744073709551616"}, {"run", desk.spec(), "--progress", "loud"},
-        {"table"}, {"check", desk.out()}}) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
+                                                    {"fly"},
+                                                    {"run"},
+                                                    {"run", desk.spec(), "--jobs", "-1"},
+                                                    {"run", desk.spec(), "--seed", "-1"},
+                                                    {"run", desk.spec(), "--seed", "1.5"},
+                                                    {"run", desk.spec(), "--seed", "18446744073709551616"},
+                                                    {"run", desk.spec(), "--progress", "loud"},
+                                                    {"table"},
+                                                    {"check", desk.out()}}) {
     const CommandResult result = bayesctrl_with(arguments, desk.path());
     INFO(Catch::Detail::stringify(arguments));
     CHECK(result.status == 2);
@@ -97,9 +102,9 @@ TEST_CASE("Exit 3: two specs of one name are refused, because their results woul
   const Desk desk;
   const std::string other = desk.path() / "other.yaml";
   write_file(other, slide_text());
-  check_mistake(bayesctrl_with({"run", desk.spec(), other, "--out", desk.out()}), 3,
-                "error: " + other + ": has the name 'slide' of " + desk.spec() +
-                    ": their results would overwrite each other\n");
+  check_mistake(
+      bayesctrl_with({"run", desk.spec(), other, "--out", desk.out()}), 3,
+      "error: " + other + ": has the name 'slide' of " + desk.spec() + ": their results would overwrite each other\n");
   CHECK_FALSE(fs::exists(desk.out()));
 }
 
@@ -109,11 +114,11 @@ TEST_CASE("Exit 4: a study of which every run fails, and a machine that diverges
   changes.push_back("controllers={oracle: {type: oracle}}");
   const CommandResult result = desk.run(changes);
   CHECK(result.status == 4);
-  CHECK_THAT(result.out, Contains("the state diverges at t = ") &&
-                             Contains("1 of 1 runs failed; the column 'reason' says why"));
+  CHECK_THAT(result.out,
+             Contains("the state diverges at t = ") && Contains("1 of 1 runs failed; the column 'reason' says why"));
   write_file(desk.path() / "u.csv", "t,u\n0,1e308\n1,1e308\n");
-  const CommandResult free = bayesctrl_with({"simulate", desk.spec(), "--set", "model.parameters.mass=1e-3", "--input",
-                                             (desk.path() / "u.csv").string()});
+  const CommandResult free = bayesctrl_with(
+      {"simulate", desk.spec(), "--set", "model.parameters.mass=1e-3", "--input", (desk.path() / "u.csv").string()});
   CHECK(free.status == 4);
   CHECK(free.out.empty());
   CHECK_THAT(free.err, Catch::StartsWith("error: the state diverges at t = "));
@@ -143,7 +148,8 @@ TEST_CASE("Exit 6: a file that is not there", "[apps]") {
   check_mistake(bayesctrl_with({"calibrate", "nowhere.yaml"}), 6, "error: nowhere.yaml: No such file or directory\n");
 }
 
-TEST_CASE("Exit 6: an output folder that cannot be made ends with its path, and leaves nothing half-written", "[apps]") {
+TEST_CASE("Exit 6: an output folder that cannot be made ends with its path, and leaves nothing half-written",
+          "[apps]") {
   const Desk desk;
   write_file(desk.out(), "a regular file");
   const CommandResult result = desk.run({});

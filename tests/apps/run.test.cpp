@@ -60,8 +60,7 @@ TEST_CASE("run --json is one JSON object when runs fail too", "[apps]") {
 
 TEST_CASE("run --quiet prints nothing", "[apps]") {
   const Folder folder;
-  const CommandResult result =
-      bayesctrl_with({"run", write_slide(folder), "--out", folder.path() / "out", "--quiet"});
+  const CommandResult result = bayesctrl_with({"run", write_slide(folder), "--out", folder.path() / "out", "--quiet"});
   CHECK(result.status == 0);
   CHECK((result.out + result.err).empty());
 }
@@ -81,7 +80,8 @@ TEST_CASE("Everything after the first '=' of --set is the value", "[apps]") {
 
 TEST_CASE("Two runs write the same bytes, whatever --jobs and --progress are", "[apps]") {
   const Folder folder;
-  const std::string spec = write_slide(folder, "sensor: {noise: 0.001}\nsweep: {controllers.P1.gain: [1, 2], seed: [1, 2]}\n");
+  const std::string spec =
+      write_slide(folder, "sensor: {noise: 0.001}\nsweep: {controllers.P1.gain: [1, 2], seed: [1, 2]}\n");
   const auto files = [&](const std::string& name, const std::vector<std::string>& options) {
     std::vector<std::string> arguments{"run", spec, "--out", folder.path() / name, "--quiet"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -107,7 +107,8 @@ TEST_CASE("A sweep has a folder per point, and one table over all of them", "[ap
   CHECK(gain[7] == "1");
   CHECK(gain[8] == "2");
   Table gathered;
-  for (const char* point : {"0001", "0002", "0003", "0004"}) append(gathered, read_csv(out / "slide" / point / "table.csv"));
+  for (const char* point : {"0001", "0002", "0003", "0004"})
+    append(gathered, read_csv(out / "slide" / point / "table.csv"));
   CHECK(to_csv(gathered) == to_csv(whole));
 }
 
@@ -125,8 +126,8 @@ TEST_CASE("A study's name, whatever it is, stays inside the output folder", "[ap
   const Folder folder;
   const fs::path out = folder.path() / "deep" / "out";
   const std::string spec = write_slide(folder);
-  const std::vector<std::string> names{"<script>alert(1)</script>", "../../etc", "/etc/passwd", "..", "a/b", "-rf",
-                                       "\\e[2J", std::string(5000, 'x')};
+  const std::vector<std::string> names{
+      "<script>alert(1)</script>", "../../etc", "/etc/passwd", "..", "a/b", "-rf", "\\e[2J", std::string(5000, 'x')};
   for (const std::string& name : names) {
     const CommandResult result = bayesctrl_with({"run", spec, "--out", out, "--set", "name=\"" + name + "\""});
     INFO(name << result.err);

@@ -1,5 +1,7 @@
 #include <catch2/catch.hpp>
+#include <iomanip>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "io/files.hpp"
 #include "io/folder.hpp"
@@ -36,12 +38,15 @@ TEST_CASE("calibrate prints the best settings and what they give, as text or as 
   const Folder folder;
   write_file(folder.path() / "slide.yaml", slide_text());
   std::ostringstream published;
-  published << std::setprecision(17) << "name: T\nsource: gain 3\ncells: [{experiment: slide, controller: P1, metric: energy, "
-            << "relative: 0.001, value: " << metric(run_one(slide({"controllers.P1.gain=3"})), "P1", "energy") << "}]\n";
+  published << std::setprecision(17)
+            << "name: T\nsource: gain 3\ncells: [{experiment: slide, controller: P1, metric: energy, "
+            << "relative: 0.001, value: " << metric(run_one(slide({"controllers.P1.gain=3"})), "P1", "energy")
+            << "}]\n";
   write_file(folder.path() / "published.yaml", published.str());
   const std::string search = folder.path() / "search.yaml";
-  write_file(search, "study: slide.yaml\nagainst: [published.yaml]\ncontrollers: [P1]\nstarts: 2\ndraws: 10\nsteps: 0\n"
-                     "vary: {controllers.P1.gain: {choices: [1, 2, 3]}}\n");
+  write_file(search,
+             "study: slide.yaml\nagainst: [published.yaml]\ncontrollers: [P1]\nstarts: 2\ndraws: 10\nsteps: 0\n"
+             "vary: {controllers.P1.gain: {choices: [1, 2, 3]}}\n");
   const CommandResult text = bayesctrl_with({"calibrate", search, "--quiet", "--show", "1"});
   CHECK(text.status == 0);
   CHECK(text.err.empty());

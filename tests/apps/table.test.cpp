@@ -1,5 +1,7 @@
 #include <catch2/catch.hpp>
+#include <iomanip>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "io/files.hpp"
 #include "io/folder.hpp"
@@ -55,8 +57,8 @@ TEST_CASE("table prints Markdown, CSV or JSON with the same rows", "[apps]") {
   CHECK(nlohmann::ordered_json::parse(bayesctrl_with({"table", results.folder(), "--format", "json"}).out) ==
         to_json(table));
   CHECK(bayesctrl_with({"table", results.folder()}).out == to_markdown(table, 6));
-  CHECK(nlohmann::json::parse(
-            bayesctrl_with({"table", results.folder(), results.folder(), "--format", "json"}).out).size() == 8);
+  CHECK(nlohmann::json::parse(bayesctrl_with({"table", results.folder(), results.folder(), "--format", "json"}).out)
+            .size() == 8);
 }
 
 TEST_CASE("table --out writes PREFIX.csv, PREFIX.md and PREFIX.json and prints nothing", "[apps]") {
@@ -114,9 +116,11 @@ TEST_CASE("run, table and check reproduce the paper's Table 2 from the command l
   const Folder folder;
   const std::string out = folder.path() / "out";
   const std::vector<std::string> folders{out + "/exp1", out + "/exp2", out + "/exp3"};
-  REQUIRE(bayesctrl_with({"run", config("exp1.yaml"), config("exp2.yaml"), config("exp3.yaml"), "--out", out, "--quiet"})
-              .status == 0);
-  std::vector<std::string> arguments{"check", folders[0], folders[1], folders[2], "--against", config("paper_table2.yaml")};
+  REQUIRE(
+      bayesctrl_with({"run", config("exp1.yaml"), config("exp2.yaml"), config("exp3.yaml"), "--out", out, "--quiet"})
+          .status == 0);
+  std::vector<std::string> arguments{"check",    folders[0],  folders[1],
+                                     folders[2], "--against", config("paper_table2.yaml")};
   const CommandResult result = bayesctrl_with(arguments);
   CHECK(result.status == 0);
   CHECK(result.out == "Table 2: 36 of 36 cells hold\n");

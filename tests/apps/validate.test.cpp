@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <sstream>
 
 #include "io/files.hpp"
 #include "io/folder.hpp"

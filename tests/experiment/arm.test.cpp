@@ -7,7 +7,8 @@ using namespace bayesctrl;
 using namespace bayesctrl::testing;
 
 TEST_CASE("The two-link arm reaches its set-point from rest with SP1 and SP2, where P1 does not", "[experiment]") {
-  // rad: theta_a leaves a standard deviation of 0.3 rad/s^2 in each a_i, which moves the rest position by 0.3 / w1 = 0.035.
+  // rad: theta_a leaves a standard deviation of 0.3 rad/s^2 in each a_i, which moves the rest position by 0.3 / w1 =
+  // 0.035.
   constexpr double kAtGoal = 0.05;
   const StudyOutcome outcome = run_config("arm.yaml");
   for (const std::string controller : {"SP1", "SP2", "oracle"}) {

@@ -1,6 +1,8 @@
 #include "experiment/calibrate.hpp"
 
 #include <catch2/catch.hpp>
+#include <iomanip>
+#include <sstream>
 
 #include "experiment/tabulate.hpp"
 #include "io/examples.hpp"
@@ -26,8 +28,10 @@ class GainSearch {
     write_file(folder_.path() / "slide.yaml", slide_text());
     write_file(folder_.path() / "published.yaml",
                "name: T\nsource: computed with gain 3\ncells:\n"
-               "  - {experiment: slide, controller: P1, metric: energy, relative: 1.0e-6, value: " + value.str() + "}\n"
-               "  - {experiment: another, controller: P1, metric: energy, absolute: 1, value: 1.0e+6}\n");
+               "  - {experiment: slide, controller: P1, metric: energy, relative: 1.0e-6, value: " +
+                   value.str() +
+                   "}\n"
+                   "  - {experiment: another, controller: P1, metric: energy, absolute: 1, value: 1.0e+6}\n");
     write_file(file(), "study: slide.yaml\nagainst: [published.yaml]\nvary: " + vary +
                            "\nstarts: 3\ndraws: 10\nsteps: 60\ndigits: 1\n" + more + "\n");
   }
@@ -90,8 +94,10 @@ TEST_CASE("A calibration that is stopped returns the searches that were finished
 
 TEST_CASE("A calibration refuses what it cannot search", "[experiment]") {
   const std::string gain = "{controllers.P1.gain: {low: 1, high: 2}}";
-  CHECK(GainSearch("{controllers.P1.gian: {low: 1, high: 2}}").error().find("proportional has no 'gian', did you mean "
-                                                                            "'gain'?") != std::string::npos);
+  CHECK(GainSearch("{controllers.P1.gian: {low: 1, high: 2}}")
+            .error()
+            .find("proportional has no 'gian', did you mean "
+                  "'gain'?") != std::string::npos);
   CHECK(GainSearch("{controllers.P1.gain: {low: 2, high: 1}}").error() ==
         "search.yaml:3:29: a varied setting needs either low and high, 0 < low <= high, or choices");
   CHECK(GainSearch("{controllers.P1.gain: {low: 1, high: 2, choices: [1]}}").error() ==

@@ -1,6 +1,7 @@
 #include "experiment/check.hpp"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "experiment/tabulate.hpp"
 #include "io/examples.hpp"
@@ -67,7 +68,8 @@ TEST_CASE("A rounded cell holds for what rounds to it, half away from zero", "[e
 
 TEST_CASE("A relative cell holds up to its edge on both sides, for either sign", "[experiment]") {
   for (const double inside : {90.0, 100.0, 110.0}) CHECK(relative(100, 0.1).holds(inside));
-  for (const double outside : {89.999, 110.001, -100.0, kNan, kInfinity}) CHECK_FALSE(relative(100, 0.1).holds(outside));
+  for (const double outside : {89.999, 110.001, -100.0, kNan, kInfinity})
+    CHECK_FALSE(relative(100, 0.1).holds(outside));
   CHECK(relative(-100, 0.1).holds(-110.0));
   CHECK_FALSE(relative(-100, 0.1).holds(-110.001));
   CHECK(relative(3, 0.1).holds(3.3));  // 3 * 1.1 and 3.3 differ in the last bit
@@ -103,7 +105,8 @@ TEST_CASE("Tolerances are said in words", "[experiment]") {
   CHECK(absolute(1, 2).tolerance_text() == "within 2");
 }
 
-TEST_CASE("A cell without a result from a run that succeeded is missing, and a missing cell is violated", "[experiment]") {
+TEST_CASE("A cell without a result from a run that succeeded is missing, and a missing cell is violated",
+          "[experiment]") {
   const PublishedCell wanted = relative(100, 0.1);
   CHECK(verdict(row("e", "c", "ok", 100), wanted) == "yes");
   CHECK(verdict(row("e", "c", "ok", 120), wanted) == "no");

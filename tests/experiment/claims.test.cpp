@@ -13,7 +13,8 @@ using namespace bayesctrl::testing;
 namespace {
 
 /// |x - xi| at the end that counts as "at the goal": 5 % of the way of pi rad. The thresholds tolerate a standard
-/// deviation of a of 0.03 rad/s^2, and a constant error of a moves the rest position by error / w1: five of them at w1 = 1.
+/// deviation of a of 0.03 rad/s^2, and a constant error of a moves the rest position by error / w1: five of them at w1
+/// = 1.
 constexpr double kAtGoal = 0.05 * std::numbers::pi;
 constexpr double kFarFromGoal = 1.0;
 
@@ -48,7 +49,8 @@ TEST_CASE("(i) With sensible priors, SP1 and SP2 reach the goal in Experiments 1
   }
 }
 
-TEST_CASE("P1 fails to reach the goal in all experiments, P100 succeeds with more energy than P1", "[experiment][paper]") {
+TEST_CASE("P1 fails to reach the goal in all experiments, P100 succeeds with more energy than P1",
+          "[experiment][paper]") {
   for (const char* name : {"exp1.yaml", "exp2.yaml", "exp3.yaml"}) {
     INFO(name);
     const StudyOutcome outcome = run_config(name);
@@ -67,8 +69,7 @@ TEST_CASE("(ii) Prior training lowers energy and error in Experiments 1 and 3, a
     CHECK(metric(outcome, "SP2", "squared_error") < metric(outcome, "SP1", "squared_error"));
     for (const std::string points : {"drift_points", "gain_points"}) {
       CHECK(metric(outcome, "SP1", "new_" + points) == metric(outcome, "SP1", points));
-      CHECK(metric(outcome, "SP2", "new_" + points) ==
-            metric(outcome, "SP2", points) - metric(outcome, "SP1", points));
+      CHECK(metric(outcome, "SP2", "new_" + points) == metric(outcome, "SP2", points) - metric(outcome, "SP1", points));
     }
   }
 }
@@ -85,7 +86,8 @@ TEST_CASE("(ii) Experiment 3 learns less with prior training; in Experiment 1 th
   CHECK(learned(first, "SP2") == 38);  // (23 - 18) + (53 - 20)
 }
 
-TEST_CASE("(iii) In Experiment 2 a confident wrong belief is not revised and the goal is missed", "[experiment][paper]") {
+TEST_CASE("(iii) In Experiment 2 a confident wrong belief is not revised and the goal is missed",
+          "[experiment][paper]") {
   const StudyOutcome outcome = run_config("exp2.yaml");
   for (const std::string controller : {"SP1", "SP2"}) {
     INFO(controller);
@@ -94,14 +96,15 @@ TEST_CASE("(iii) In Experiment 2 a confident wrong belief is not revised and the
     const std::vector<LoopStep>& steps = outcome.find(controller)->result.steps;
     for (std::size_t k = steps.size() - 500; k < steps.size(); ++k) {  // the last 5 s
       const Doubt doubt = doubt_at(outcome, steps[k]);
-      REQUIRE(doubt.error > 1.0);                                               // rad/s^2, of at most g/l = 9.81
-      REQUIRE(doubt.sd * doubt.sd < outcome.study.learner->drift_threshold);    // so that nothing is learned
+      REQUIRE(doubt.error > 1.0);                                             // rad/s^2, of at most g/l = 9.81
+      REQUIRE(doubt.sd * doubt.sd < outcome.study.learner->drift_threshold);  // so that nothing is learned
     }
   }
   CHECK(share_beyond(outcome, "SP1", 10.0) > 0.5);  // the paper's figures: low variance where |a - E a| is large
 }
 
-TEST_CASE("(iv) Maximising the marginal likelihood overcomes Experiment 2's belief in Experiment 3", "[experiment][paper]") {
+TEST_CASE("(iv) Maximising the marginal likelihood overcomes Experiment 2's belief in Experiment 3",
+          "[experiment][paper]") {
   const StudyOutcome second = run_config("exp2.yaml"), third = run_config("exp3.yaml");
   for (const std::string controller : {"SP1", "SP2"}) {
     INFO(controller);

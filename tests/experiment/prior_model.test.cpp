@@ -14,7 +14,8 @@ std::string certain(int dimension, const std::string& model) {
   for (int i = 1; i < dimension; ++i) scales += ", 1";
   const std::string process =
       "{kernel: {type: squared_exponential, output_scale: 1e-6, length_scales: [" + scales + "]}}";
-  return "belief={drift: " + process + ", input_gain: " + process + ", coupling: " + process + ", prior_model: " + model + "}";
+  return "belief={drift: " + process + ", input_gain: " + process + ", coupling: " + process +
+         ", prior_model: " + model + "}";
 }
 
 /// A variance of 1e-12 of log b multiplies E b by exp(5e-13); the loop carries that on.

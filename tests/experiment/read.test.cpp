@@ -1,11 +1,12 @@
 #include "experiment/read.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "experiment/tabulate.hpp"
 #include "io/examples.hpp"
-#include "io/folder.hpp"
 #include "io/files.hpp"
+#include "io/folder.hpp"
 #include "support/studies.hpp"
 
 using namespace bayesctrl;
@@ -75,11 +76,12 @@ TEST_CASE("A sweep takes values of every kind as they stand in the file", "[expe
 )";
   std::vector<std::string> descriptions;
   for (const Study& study : SpecFile(texts).studies()) descriptions.push_back(study.description);
-  CHECK(descriptions == std::vector<std::string>{"a \"b\" \\ c", "true", "x, y", "plain", "two\nlines", "name: value",
-                                                 "[1, 2]", ""});
+  CHECK(descriptions ==
+        std::vector<std::string>{"a \"b\" \\ c", "true", "x, y", "plain", "two\nlines", "name: value", "[1, 2]", ""});
 
-  const auto learners = SpecFile("sweep:\n  learner:\n    - {period: 0.2, drift_threshold: 1, gain_threshold: 2, "
-                                 "probing_input: [7], schedule: \"after_probe\"}\n  reference.position: [[2], 3]\n")
+  const auto learners = SpecFile(
+                            "sweep:\n  learner:\n    - {period: 0.2, drift_threshold: 1, gain_threshold: 2, "
+                            "probing_input: [7], schedule: \"after_probe\"}\n  reference.position: [[2], 3]\n")
                             .studies();
   REQUIRE(learners.size() == 2);
   CHECK(learners[0].learner->probing_input == std::vector<double>{7.0});
@@ -102,7 +104,8 @@ TEST_CASE("A sweep's mistakes are refused, with the place in the file", "[experi
             ":20: --set controllers.P1.gain=two: gain = two, must be a number of at least 0 (unit of u per rad/s^2)");
   CHECK(error("belief.drift.kernel.length_scales.7: [1]") ==
         "spec.yaml:" + lines +
-            ":9: --set belief.drift.kernel.length_scales.7=1: 'length_scales' is a list of 2, 0 to 1, it has no item '7'");
+            ":9: --set belief.drift.kernel.length_scales.7=1: 'length_scales' is a list of 2, 0 to 1, it has no item "
+            "'7'");
   CHECK(error("seed: 3") == "spec.yaml:" + lines + ":15: seed = 3, must be a list");
   CHECK(error("seed: []") == "spec.yaml:" + lines + ":9: sweep over 'seed' has no values");
   CHECK(SpecFile("sweep: [1]").error() == "spec.yaml:" + lines + ":8: sweep is a list, must be a map");
@@ -110,8 +113,8 @@ TEST_CASE("A sweep's mistakes are refused, with the place in the file", "[experi
 
 TEST_CASE("A sweep of more points than memory can take is refused before it is expanded", "[experiment]") {
   std::string sweep = "sweep: {";
-  for (const char* path : {"seed", "duration", "control_period", "model.parameters.mass", "model.parameters.friction",
-                           "learner.period"}) {
+  for (const char* path :
+       {"seed", "duration", "control_period", "model.parameters.mass", "model.parameters.friction", "learner.period"}) {
     sweep += (sweep.back() == '{' ? "" : ", ") + std::string(path) + ": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]";
   }
   CHECK_THAT(SpecFile(sweep + "}").error(), Catch::EndsWith("the sweep has more than 100000 points"));

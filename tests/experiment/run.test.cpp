@@ -86,8 +86,7 @@ TEST_CASE("A run's random numbers follow from the seed and the controller's name
 
 TEST_CASE("A run whose covariance is not positive definite is a row with the reason", "[experiment]") {
   const StudyOutcome outcome = run_one(slide(indefinite()));
-  CHECK(column_texts(summary_table(outcome), "status") ==
-        std::vector<std::string>{"ok", "ok", "failed", "failed"});
+  CHECK(column_texts(summary_table(outcome), "status") == std::vector<std::string>{"ok", "ok", "failed", "failed"});
   CHECK_THAT(outcome.find("SP1")->result.reason, Catch::Contains("is not positive definite"));
   CHECK(metric(outcome, "SP1", "gain_points") > 0);  // what was learned until then
   const Table steps = trajectory_table(outcome.find("SP1")->result);
@@ -105,9 +104,9 @@ TEST_CASE("A failed teacher makes the follower's row failed, with the reason", "
 
 TEST_CASE("Data that another prior cannot hold make the follower's row failed, not the batch", "[experiment]") {
   const std::string stiff = "{noise_variance: 0, kernel: {type: squared_exponential, length_scales: [1e6, 1e6]}}";
-  const StudyOutcome outcome =
-      run_one(slide({"controllers.SP2={type: adaptive, trained_from: SP1, keep_hyper_parameters: false, belief: {drift: " +
-                     stiff + ", input_gain: " + stiff + "}}"}));
+  const StudyOutcome outcome = run_one(slide(
+      {"controllers.SP2={type: adaptive, trained_from: SP1, keep_hyper_parameters: false, belief: {drift: " + stiff +
+       ", input_gain: " + stiff + "}}"}));
   CHECK(outcome.find("SP1")->result.status == RunStatus::ok);
   CHECK(outcome.find("SP2")->result.status == RunStatus::failed);
   CHECK_THAT(outcome.find("SP2")->result.reason, Catch::Contains("is not positive definite"));
@@ -128,15 +127,14 @@ TEST_CASE("A diverging run is a row with the reason, and the other rows are as w
 }
 
 TEST_CASE("SP2 starts with SP1's data and, unless told otherwise, with its tuned hyper-parameters", "[experiment]") {
-  const std::vector<std::string> tuned{"tuning={when: every_sample}"};
   const auto first_scale = [](const StudyOutcome& outcome, const char* controller) {
     return to_json(outcome.find(controller)->result.belief.drift(0).prior().kernel)["output_scale"].get<double>();
   };
   const std::string no_learning = "learner: {period: 0.1, drift_threshold: 1e6, gain_threshold: 1e6, probing_input: 3}";
   for (const bool keep : {true, false}) {
-    const StudyOutcome outcome =
-        run_one(slide({"tuning={when: every_sample}", "controllers.SP2={type: adaptive, trained_from: SP1, " + no_learning +
-                                                          ", keep_hyper_parameters: " + (keep ? "true}" : "false}")}));
+    const StudyOutcome outcome = run_one(
+        slide({"tuning={when: every_sample}", "controllers.SP2={type: adaptive, trained_from: SP1, " + no_learning +
+                                                  ", keep_hyper_parameters: " + (keep ? "true}" : "false}")}));
     CHECK(outcome.find("SP2")->start_drift_points == metric(outcome, "SP1", "drift_points"));
     CHECK(metric(outcome, "SP2", "drift_points") == metric(outcome, "SP1", "drift_points"));
     CHECK(metric(outcome, "SP2", "gain_points") == metric(outcome, "SP1", "gain_points"));

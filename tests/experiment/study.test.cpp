@@ -61,7 +61,8 @@ TEST_CASE("Times that do not fit one another are refused", "[experiment]") {
 }
 
 TEST_CASE("A controller that learns from one that is not there is refused, with a suggestion", "[experiment]") {
-  const std::string unknown = "controller 'SP2' is trained_from '", tail = "', which is no adaptive controller above it";
+  const std::string unknown = "controller 'SP2' is trained_from '",
+                    tail = "', which is no adaptive controller above it";
   CHECK(problem_of("controllers.SP2.trained_from=SP") == unknown + "SP" + tail + ", did you mean 'SP1'?");
   CHECK(problem_of("controllers.SP2.trained_from=nobody") == unknown + "nobody" + tail + ", allowed: SP1");
   CHECK(problem_of("controllers.SP2.trained_from=oracle") == unknown + "oracle" + tail + ", allowed: SP1");

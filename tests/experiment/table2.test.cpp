@@ -1,6 +1,8 @@
 // The numbers of the paper: this is the proof that the continuous integration runs.
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,8 @@
 #include "experiment/tabulate.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <set>
 
 #include "experiment/metrics.hpp"
@@ -52,7 +54,8 @@ TEST_CASE("A trajectory has a row per control call and the final state, and says
 
   const Table table = trajectory_table(outcome.find("SP1")->result);
   Names adaptive = plain;
-  for (const char* name : {"mean_a", "var_a", "mean_b", "var_b", "mean_log_b", "var_log_b"}) adaptive.emplace_back(name);
+  for (const char* name : {"mean_a", "var_a", "mean_b", "var_b", "mean_log_b", "var_log_b"})
+    adaptive.emplace_back(name);
   CHECK(column_names(table) == adaptive);
   REQUIRE(table.rows() == 201);
   const std::vector<double> t = numbers(table, "t", ""), q = numbers(table, "q", ""), u = numbers(table, "u", "");
@@ -86,10 +89,10 @@ TEST_CASE("The columns of several joints are numbered, those of b by row and col
   const StudyOutcome outcome = run_arm();
   const Outcome& run = *outcome.find("SP1");
   CHECK(column_names(trajectory_table(run.result)) ==
-        Names{"t",      "q1",     "q2",     "v1",          "v2",          "u1",          "u2",          "mode",
-              "reference_q1",     "reference_v1",          "reference_q2",               "reference_v2",
-              "mean_a1", "var_a1", "mean_a2", "var_a2",    "mean_b11",    "var_b11",     "mean_b12",    "var_b12",
-              "mean_b21", "var_b21", "mean_b22", "var_b22", "mean_log_b1", "var_log_b1", "mean_log_b2", "var_log_b2"});
+        Names{"t",       "q1",           "q2",           "v1",           "v2",           "u1",          "u2",
+              "mode",    "reference_q1", "reference_v1", "reference_q2", "reference_v2", "mean_a1",     "var_a1",
+              "mean_a2", "var_a2",       "mean_b11",     "var_b11",      "mean_b12",     "var_b12",     "mean_b21",
+              "var_b21", "mean_b22",     "var_b22",      "mean_log_b1",  "var_log_b1",   "mean_log_b2", "var_log_b2"});
   const Table data = data_table(run.result.belief);
   CHECK(column_names(data) == Names{"process", "q1", "q2", "v1", "v2", "target", "noise_variance"});
   const Names processes = column_texts(data, "process");
@@ -120,8 +123,9 @@ TEST_CASE("posterior.csv compares belief and truth on the study's grid", "[exper
   const Table grid = posterior_table(outcome.study, belief);
   CHECK(column_names(grid) == Names{"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b"});
   REQUIRE(grid.rows() == 25);
-  const std::vector<double> q = numbers(grid, "q", ""), v = numbers(grid, "v", ""), error = numbers(grid, "error_a", ""),
-                            sd = numbers(grid, "sd_a", ""), mean_log_b = numbers(grid, "mean_log_b", "");
+  const std::vector<double> q = numbers(grid, "q", ""), v = numbers(grid, "v", ""),
+                            error = numbers(grid, "error_a", ""), sd = numbers(grid, "sd_a", ""),
+                            mean_log_b = numbers(grid, "mean_log_b", "");
   CHECK(std::set<double>(q.begin(), q.end()) == std::set<double>{-1.0, -0.25, 0.5, 1.25, 2.0});
   CHECK(std::set<double>(v.begin(), v.end()) == std::set<double>{-1.0, -0.5, 0.0, 0.5, 1.0});
   for (std::size_t i = 0; i < q.size(); ++i) {

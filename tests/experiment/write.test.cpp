@@ -42,7 +42,8 @@ TEST_CASE("What is written reads back as what was computed", "[experiment]") {
   const StudyOutcome outcome = run_one(slide());
   write_results(outcome, folder.path(), "slide.yaml");
   CHECK(to_csv(read_csv(folder.path() / "table.csv")) == to_csv(summary_table(outcome)));
-  CHECK(to_csv(read_csv(folder.path() / "SP2" / "trajectory.csv")) == to_csv(trajectory_table(outcome.find("SP2")->result)));
+  CHECK(to_csv(read_csv(folder.path() / "SP2" / "trajectory.csv")) ==
+        to_csv(trajectory_table(outcome.find("SP2")->result)));
   CHECK(gather_tables({folder.path(), folder.path() / "table.csv"}).rows() == 8);
 
   const auto summary = nlohmann::ordered_json::parse(files_below(folder.path()).at("summary.json"));

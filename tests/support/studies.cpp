@@ -1,6 +1,7 @@
 #include "support/studies.hpp"
 
 #include <sstream>
+#include <stdexcept>
 
 #include "experiment/read.hpp"
 #include "experiment/tabulate.hpp"
@@ -75,7 +76,8 @@ std::map<std::string, std::string> files_below(const fs::path& folder) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 26;
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) files[fs::relative(entry.path(), folder).string()] = read_file(entry.path(), kMostBytes);
+    if (entry.is_regular_file())
+      files[fs::relative(entry.path(), folder).string()] = read_file(entry.path(), kMostBytes);
   }
   return files;
 }

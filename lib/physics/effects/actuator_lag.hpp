@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// First-order lag: time_constant z' = u - z.
+struct ActuatorLag {
+  static constexpr std::string_view kName = "actuator_lag";
+  static constexpr std::string_view kText = "the motor takes time to build up its torque";
+  double time_constant = 0.01;
+
+  static void fields(auto& self, auto&& field) {
+    field("time_constant", self.time_constant, {between(0.001, 0.5), "s", "of the lag", kRequired});
+  }
+
+  double lag() const { return time_constant; }
+
+  bool operator==(const ActuatorLag&) const = default;
+};
+
+}  // namespace bayesctrl

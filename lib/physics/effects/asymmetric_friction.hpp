@@ -1,0 +1,25 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Torque -forward v for v > 0 and -backward v for v < 0, viscous only.
+struct AsymmetricFriction {
+  static constexpr std::string_view kName = "asymmetric_friction";
+  static constexpr std::string_view kText =
+      "drag that differs between the two directions, as from worn or preloaded parts";
+  double forward = 0.1;
+  double backward = 0.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("forward", self.forward, {kNonNegative, "N m s/rad", "coefficient for v > 0", kRequired});
+    field("backward", self.backward, {kNonNegative, "N m s/rad", "coefficient for v < 0", kRequired});
+  }
+
+  double torque_at(const JointState& s) const { return -(s.velocity > 0.0 ? forward : backward) * s.velocity; }
+
+  bool operator==(const AsymmetricFriction&) const = default;
+};
+
+}  // namespace bayesctrl

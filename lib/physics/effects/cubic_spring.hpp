@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Torque -stiffness q^3.
+struct CubicSpring {
+  static constexpr std::string_view kName = "cubic_spring";
+  static constexpr std::string_view kText = "a spring that hardens with displacement";
+  double stiffness = 0.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("stiffness", self.stiffness, {kPositive, "N m/rad^3", "k", kRequired});
+  }
+
+  double torque_at(const JointState& s) const { return -stiffness * s.position * s.position * s.position; }
+
+  bool operator==(const CubicSpring&) const = default;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Gravity acts as at q + angle: the torque tau_ext(q + angle) - tau_ext(q).
+struct GravityTilt {
+  static constexpr std::string_view kName = "gravity_tilt";
+  static constexpr std::string_view kText = "the machine stands tilted against the vertical";
+  double angle = 0.05;
+
+  static void fields(auto& self, auto&& field) {
+    field("angle", self.angle, {between(-0.5, 0.5), "rad", "of the tilt", kRequired});
+  }
+
+  double tilt() const { return angle; }
+
+  bool operator==(const GravityTilt&) const = default;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <algorithm>
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// sign(u) max(|u| - width, 0).
+struct InputDeadZone {
+  static constexpr std::string_view kName = "input_dead_zone";
+  static constexpr std::string_view kText = "small commands do nothing";
+  double width = 0.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("width", self.width, {kPositive, "unit of u", "of the zone, to each side", kRequired});
+  }
+
+  double transform(double u) const { return std::copysign(std::max(std::abs(u) - width, 0.0), u); }
+
+  bool operator==(const InputDeadZone&) const = default;
+};
+
+}  // namespace bayesctrl

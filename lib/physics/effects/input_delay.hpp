@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// u(t - delay), 0 before the first sample.
+struct InputDelay {
+  static constexpr std::string_view kName = "input_delay";
+  static constexpr std::string_view kText = "commands arrive late";
+  double delay = 0.02;
+
+  static void fields(auto& self, auto&& field) {
+    field("delay", self.delay, {between(0.0, 0.2), "s", "of the input", kRequired});
+  }
+
+  double delay_time() const { return delay; }
+
+  bool operator==(const InputDelay&) const = default;
+};
+
+}  // namespace bayesctrl

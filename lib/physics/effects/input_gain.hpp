@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// gain u.
+struct InputGain {
+  static constexpr std::string_view kName = "input_gain";
+  static constexpr std::string_view kText = "the motor is stronger or weaker than the model says";
+  double gain = 1.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("gain", self.gain, {between(0.2, 5.0), "", "of the input", kRequired});
+  }
+
+  double transform(double u) const { return gain * u; }
+
+  bool operator==(const InputGain&) const = default;
+};
+
+}  // namespace bayesctrl

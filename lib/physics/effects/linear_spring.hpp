@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Torque -stiffness q.
+struct LinearSpring {
+  static constexpr std::string_view kName = "linear_spring";
+  static constexpr std::string_view kText = "a spring, cable or hose that pulls back in step with the displacement";
+  double stiffness = 0.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("stiffness", self.stiffness, {kPositive, "N m/rad", "k", kRequired});
+  }
+
+  double torque_at(const JointState& s) const { return -stiffness * s.position; }
+
+  bool operator==(const LinearSpring&) const = default;
+};
+
+}  // namespace bayesctrl

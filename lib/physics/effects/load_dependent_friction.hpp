@@ -1,0 +1,25 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Dry friction -k |tau_in - tau_ext| sign v; at rest it holds up to that level.
+struct LoadDependentFriction {
+  static constexpr std::string_view kName = "load_dependent_friction";
+  static constexpr std::string_view kText = "dry friction that grows with the load on gears and bearings";
+  double k = 0.05;
+
+  static void fields(auto& self, auto&& field) {
+    field("k", self.k,
+          {Range{.low = 0.0, .high = 1.0, .low_open = true, .high_open = true}, "", "share of the load", kRequired});
+  }
+
+  /// Magnitude while sliding, and the largest torque that it resists at rest.
+  double sliding(const JointState& s) const { return k * std::abs(s.motor_torque - s.external_torque); }
+  double holding(const JointState& s) const { return sliding(s); }
+
+  bool operator==(const LoadDependentFriction&) const = default;
+};
+
+}  // namespace bayesctrl

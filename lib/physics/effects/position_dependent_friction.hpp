@@ -1,0 +1,24 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Torque -amplitude cos(q - centre) v, the part of the paper's r(x1) that varies; total friction stays >= 0.
+struct PositionDependentFriction {
+  static constexpr std::string_view kName = "position_dependent_friction";
+  static constexpr std::string_view kText = "drag that depends on where the joint stands, as from a bent shaft";
+  double amplitude = 0.1;
+  double centre = 0.0;
+
+  static void fields(auto& self, auto&& field) {
+    field("amplitude", self.amplitude, {kPositive, "N m s/rad", "of the variation", kRequired});
+    field("centre", self.centre, {kAny, "rad", "position of the largest friction", kRequired});
+  }
+
+  double torque_at(const JointState& s) const { return -amplitude * std::cos(s.position - centre) * s.velocity; }
+
+  bool operator==(const PositionDependentFriction&) const = default;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Dahl friction: dz/dt = v - |v| z stiffness / level, torque -stiffness z.
+struct PreslidingHysteresis {
+  static constexpr std::string_view kName = "presliding_hysteresis";
+  static constexpr std::string_view kText = "friction that gives like a spring before it slides";
+  double stiffness = 10.0;
+  double level = 0.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("stiffness", self.stiffness, {kPositive, "N m/rad", "before sliding", kRequired});
+    field("level", self.level, {kPositive, "N m", "while sliding", kRequired});
+  }
+
+  double torque_of(double z) const { return -stiffness * z; }
+  /// Rate at which z settles, 1/s: stiff while sliding fast.
+  double settling_rate(double velocity) const { return std::abs(velocity) * stiffness / level; }
+  double rate(double velocity, double z) const { return velocity - std::abs(velocity) * z * stiffness / level; }
+
+  bool operator==(const PreslidingHysteresis&) const = default;
+};
+
+}  // namespace bayesctrl

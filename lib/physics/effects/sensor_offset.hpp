@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// measured = true + angle.
+struct SensorOffset {
+  static constexpr std::string_view kName = "sensor_offset";
+  static constexpr std::string_view kText = "the position sensor is mounted or zeroed with an offset";
+  double angle = 0.05;
+
+  static void fields(auto& self, auto&& field) {
+    field("angle", self.angle, {between(-0.5, 0.5), "rad", "of the sensor", kRequired});
+  }
+
+  double measured(double position) const { return position + angle; }
+
+  bool operator==(const SensorOffset&) const = default;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "physics/effects/joint_state.hpp"
+
+namespace bayesctrl {
+
+/// Torque -coefficient v, beside the plant's own friction.
+struct ViscousFriction {
+  static constexpr std::string_view kName = "viscous_friction";
+  static constexpr std::string_view kText = "grease or bearing drag that grows in step with speed";
+  double coefficient = 0.1;
+
+  static void fields(auto& self, auto&& field) {
+    field("coefficient", self.coefficient, {kPositive, "N m s/rad", "c", kRequired});
+  }
+
+  double torque_at(const JointState& s) const { return -coefficient * s.velocity; }
+
+  bool operator==(const ViscousFriction&) const = default;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/vector.hpp"
+#include "physics/drive.hpp"
+#include "physics/effect.hpp"
+#include "physics/plant.hpp"
+
+namespace bayesctrl {
+
+/// A plant with additional physics: M(q) q'' = plant's torques + effects. Integrated by the classical Runge-Kutta
+/// method of fourth order with steps of at most `max_step`, cut at every switch of the input and at every stop of a
+/// joint, so that dry friction sticks exactly: at v = 0 the joint rests while the other torques stay within what
+/// friction holds.
+class Machine {
+ public:
+  Machine(Plant plant, std::vector<Effect> effects);
+
+  int joints() const { return joints_; }
+  const std::vector<Effect>& effects() const { return effects_; }
+
+  /// Drives of all joints for one recording; `input`: samples x joints.
+  std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const;
+
+  /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v] at
+  /// time[first]. Throws NumericalError where it diverges.
+  Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
+                      std::size_t first, std::size_t last, double max_step = 0.005) const;
+
+  /// What the sensors show of a position.
+  JointVector measured(const JointVector& position) const;
+
+ private:
+  static constexpr int kSlots = kMaxJoints;
+  struct State;
+  struct Moment;
+
+  double stable_step(const State& state) const;
+  double holding(const State& state, const Moment& moment, int joint) const;
+  JointVector acceleration(const State& state, const Moment& moment, double t, JointVector* holding_torque) const;
+  State step(const State& state, const Moment& moment, double h) const;
+  void settle(State& state, Moment& moment) const;
+  void advance(State& state, Moment& moment, double end, double max_step) const;
+
+  Plant plant_;
+  std::vector<Effect> effects_;
+  int joints_ = 1;
+  std::array<bool, kSlots> dry_{};  // joints with dry friction
+  JointVector added_inertia_;       // per joint
+  JointVector tilt_;                // per joint, rad
+  bool needs_external_torque_ = false;
+  std::vector<double> switch_times_;  // of timed effects, increasing
+};
+
+}  // namespace bayesctrl
