@@ -32,7 +32,7 @@ std::vector<std::string> registered(const Family* family) {
 
 }  // namespace
 
-TEST_CASE("--help names every subcommand, examples and the exit codes", "[apps]") {
+TEST_CASE("The option --help names every subcommand, examples and the exit codes", "[apps]") {
   const CommandResult result = bayesctrl_with({"--help"});
   CHECK(result.status == 0);
   CHECK(result.err.empty());
@@ -67,7 +67,7 @@ TEST_CASE("The commands that the help gives as examples are valid", "[apps]") {
   CHECK_THAT(swept.out, Contains("sweep of 6 points"));
 }
 
-TEST_CASE("--version says program, version and revision", "[apps]") {
+TEST_CASE("The option --version says program, version and revision", "[apps]") {
   const CommandResult result = bayesctrl_with({"--version"});
   CHECK(result.status == 0);
   CHECK_THAT(result.out, Catch::StartsWith("bayesctrl " + program_version() + " (") && Catch::EndsWith(")\n"));
