@@ -1,9 +1,10 @@
+#include "experiment/calibrate.hpp"
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
 #include "commands.hpp"
-#include "experiment/calibrate.hpp"
 #include "experiment/check.hpp"
 #include "progress.hpp"
 
@@ -28,7 +29,8 @@ ExitCode run(const CalibrateCommand& command) {
   for (std::size_t i = 0; i < std::min(command.show, results.size()); ++i) {
     const CalibrationResult& result = results[i];
     if (command.json) {
-      list.push_back({{"score", result.score}, {"settings", result.assignments}, {"cells", to_json(result.comparison)}});
+      list.push_back(
+          {{"score", result.score}, {"settings", result.assignments}, {"cells", to_json(result.comparison)}});
       continue;
     }
     std::cout << "score " << result.score << ", " << violations(result.comparison).size() << " cells violated\n";
@@ -45,7 +47,8 @@ void declare_calibrate(CLI::App& app, ExitCode& exit) {
   auto command = std::make_shared<CalibrateCommand>();
   CLI::App* sub = app.add_subcommand("calibrate", "Search settings that a publication does not report");
   sub->add_option("SPEC", command->spec, "YAML spec of a calibration, e.g. configs/calibrate_exp1.yaml")->required();
-  sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")->check(CLI::Range(0, 4096));
+  sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
+      ->check(CLI::Range(0, 4096));
   sub->add_option("--show", command->show, "How many of the best searches are shown")->capture_default_str();
   sub->add_option("--progress", command->progress, "How progress is shown on standard error")
       ->check(CLI::IsMember({"none", "bar", "text"}));

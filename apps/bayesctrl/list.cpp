@@ -68,7 +68,10 @@ void print(const ordered_json& families) {
         const std::string p_unit = p["unit"], fallback = p["default"];
         std::cout << "      " << p["name"].get<std::string>() << (p_unit.empty() ? "" : " [" + p_unit + "]") << ": "
                   << p["text"].get<std::string>() << "; " << p["allowed"].get<std::string>()
-                  << (p["required"].get<bool>() ? "; required" : fallback.empty() ? "" : "; default " + fallback) << "\n";
+                  << (p["required"].get<bool>() ? "; required"
+                      : fallback.empty()        ? ""
+                                                : "; default " + fallback)
+                  << "\n";
       }
     }
   }

@@ -167,7 +167,8 @@ void declare_run(CLI::App& app, ExitCode& exit) {
       "Examples:\n"
       "  bayesctrl run configs/exp1.yaml configs/exp2.yaml --out results\n"
       "  bayesctrl run configs/exp1.yaml --set controllers.P100.gain=50 --set name=gain50\n"
-      "A spec may hold a sweep, e.g. 'sweep: {controllers.P1.gain: [1, 3, 10], seed: [1, 2]}': every combination is run.");
+      "A spec may hold a sweep, e.g. 'sweep: {controllers.P1.gain: [1, 3, 10], seed: [1, 2]}': every combination is "
+      "run.");
   sub->callback([command, &exit] { exit = run(*command); });
 }
 

@@ -48,7 +48,8 @@ void declare_table(CLI::App& app, ExitCode& /*exit*/) {
       return;
     }
     FileBatch batch;
-    for (const std::string format : {"csv", "md", "json"}) batch.add(command->out + "." + format, render(table, format));
+    for (const std::string format : {"csv", "md", "json"})
+      batch.add(command->out + "." + format, render(table, format));
     batch.commit();
   });
 }
@@ -77,8 +78,8 @@ void declare_check(CLI::App& app, ExitCode& exit) {
                 << "\n";
     } else {
       for (const std::string& line : violated) std::cout << "violated: " << line << "\n";
-      std::cout << published.name << ": " << published.cells.size() - violated.size() << " of " << published.cells.size()
-                << " cells hold\n";
+      std::cout << published.name << ": " << published.cells.size() - violated.size() << " of "
+                << published.cells.size() << " cells hold\n";
     }
     if (!violated.empty()) exit = ExitCode::check_failed;
   });

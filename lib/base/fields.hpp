@@ -35,9 +35,9 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Range {
   double low = -kInfinity;
   double high = kInfinity;
-  bool low_open = false;       // the end itself is refused
+  bool low_open = false;  // the end itself is refused
   bool high_open = false;
-  bool infinite = false;       // +inf itself is admitted (an infinite length scale: this input does not matter)
+  bool infinite = false;  // +inf itself is admitted (an infinite length scale: this input does not matter)
 
   constexpr bool contains(double x) const {
     if (x != x) return false;
@@ -103,11 +103,16 @@ inline constexpr bool is_named<Named<T>> = true;
 
 /// A type with the `fields` convention.
 template <class T>
-concept HasFields = requires(T& t) { T::fields(t, detail::AnyVisitor{}); };
+concept HasFields = requires(T& t) {
+  T::fields(t, detail::AnyVisitor{});
+};
 
 /// A type that wraps a variant as its member `form`, so that a family may contain itself (a sum of kernels).
 template <class T>
-concept HasForm = requires(T& t) { t.form; } && detail::is_variant<decltype(T::form)>;
+concept HasForm = requires(T& t) {
+  t.form;
+}
+&&detail::is_variant<decltype(T::form)>;
 
 template <class T>
 concept Variant = detail::is_variant<T>;
@@ -120,7 +125,9 @@ concept NamedMap = detail::is_named<T>;
 
 /// An enum whose words are given by a constexpr function `names(E)` beside it, in the order of its values from 0.
 template <class E>
-concept NamedEnum = std::is_enum_v<E> && requires(E e) { names(e)[0]; };
+concept NamedEnum = std::is_enum_v<E> && requires(E e) {
+  names(e)[0];
+};
 
 template <NamedEnum E>
 std::string_view to_name(E value) {

@@ -13,8 +13,8 @@ const GaussianProcess& latent(const GaussianProcess& process) { return process; 
 const GaussianProcess& latent(const LogNormalProcess& process) { return process.log; }
 
 /// The prior of one process with `value` of the prior model's a(x) and b(x) added to its mean.
-GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model, double (*value)(const Affine&, int, int),
-                          int i, int j) {
+GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model,
+                          double (*value)(const Affine&, int, int), int i, int j) {
   if (model) {
     prior.mean_function = [plant = model->plant, value, i, j](std::span<const double> x) {
       const auto n = static_cast<Eigen::Index>(x.size() / 2);

@@ -19,7 +19,8 @@ struct BeliefPrior {
 
   static void fields(auto& self, auto&& field) {
     field("drift", self.drift, {.text = "process of the drift a(x), one or one per joint", .required = true});
-    field("input_gain", self.input_gain, {.text = "log-normal process of b(x), one or one per joint", .required = true});
+    field("input_gain", self.input_gain,
+          {.text = "log-normal process of b(x), one or one per joint", .required = true});
     field("coupling", self.coupling, {.text = "process of b_ij(x) off the diagonal, one or one per joint"});
     field("prior_model", self.prior_model, {.text = "a model whose a and b are the prior means"});
   }

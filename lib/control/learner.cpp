@@ -9,7 +9,8 @@ std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belie
   const auto n = belief.drift_variance.size();
   for (int j = 0; j < n; ++j) {
     bool uncertain = belief.log_gain_variance[j] > learner.gain_threshold;
-    for (int i = 0; i < n; ++i) uncertain = uncertain || (i != j && belief.gain_variance(i, j) > learner.gain_threshold);
+    for (int i = 0; i < n; ++i)
+      uncertain = uncertain || (i != j && belief.gain_variance(i, j) > learner.gain_threshold);
     if (uncertain) return Probe{j, step};
   }
   return std::nullopt;
@@ -18,7 +19,8 @@ std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belie
 JointVector probing_input(const Learner& learner, const Probe& probe, int inputs) {
   JointVector u = JointVector::Zero(inputs);
   if (probe.column != Probe::kDrift) {
-    u[probe.column] = learner.probing_input.size() == 1 ? learner.probing_input[0] : learner.probing_input[probe.column];
+    u[probe.column] =
+        learner.probing_input.size() == 1 ? learner.probing_input[0] : learner.probing_input[probe.column];
   }
   return u;
 }

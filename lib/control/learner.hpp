@@ -32,14 +32,17 @@ struct Learner {
   GainNoise gain_noise = GainNoise::prior;
 
   static void fields(auto& self, auto&& field) {
-    field("period", self.period, {kPositive, "s", "time between learning instants, the paper's Delta_lambda", kRequired});
+    field("period", self.period,
+          {kPositive, "s", "time between learning instants, the paper's Delta_lambda", kRequired});
     field("drift_threshold", self.drift_threshold,
           {kPositive, "(rad/s^2)^2", "learn a where its latent variance exceeds this, theta_a", kRequired});
     field("gain_threshold", self.gain_threshold,
           {kPositive, "nat^2", "learn b_j where the latent variance of log b_jj exceeds this, theta_b", kRequired});
-    field("probing_input", self.probing_input, {kAny, "unit of u", "u_j of the probe of b_j, one or one per input", kRequired});
+    field("probing_input", self.probing_input,
+          {kAny, "unit of u", "u_j of the probe of b_j, one or one per input", kRequired});
     field("schedule", self.schedule, {.text = "count the period from t = 0 or from the end of the last probe"});
-    field("hold_periods", self.hold_periods, {between(2, 1000), "", "control periods for which a probe holds its input"});
+    field("hold_periods", self.hold_periods,
+          {between(2, 1000), "", "control periods for which a probe holds its input"});
     field("gain_noise", self.gain_noise, {.text = "noise of a sample of log b: the prior's, or propagated from var a"});
   }
 
@@ -68,7 +71,7 @@ JointVector probing_input(const Learner& learner, const Probe& probe, int inputs
 
 /// State and acceleration in the middle of three samples at t, t + dt, t + 2 dt.
 struct Derivative {
-  StateVector x;              // [q, v] at t + dt
+  StateVector x;  // [q, v] at t + dt
   JointVector acceleration;
 };
 

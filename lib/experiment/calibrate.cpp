@@ -17,10 +17,10 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kFirstStep = 0.4;   // standard deviation of a step, in logarithms
+constexpr double kFirstStep = 0.4;  // standard deviation of a step, in logarithms
 constexpr double kLastStep = 0.03;
-constexpr double kShrink = 0.99;     // of the step, after each candidate that is worse
-constexpr double kMoveOne = 0.35;    // probability that a step changes a given setting
+constexpr double kShrink = 0.99;   // of the step, after each candidate that is worse
+constexpr double kMoveOne = 0.35;  // probability that a step changes a given setting
 
 /// A candidate: one number per setting, for choices an index.
 using Candidate = std::vector<double>;
@@ -136,7 +136,8 @@ Search read_search(const std::filesystem::path& file) {
   std::erase_if(search.published.cells, [&](const PublishedCell& cell) {
     return cell.experiment != study.name || study.controllers.find(cell.controller) == nullptr;
   });
-  if (search.published.cells.empty()) throw SpecError({file.string()}, "no published cell belongs to these controllers");
+  if (search.published.cells.empty())
+    throw SpecError({file.string()}, "no published cell belongs to these controllers");
   return search;
 }
 

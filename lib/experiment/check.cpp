@@ -33,7 +33,8 @@ Cell shown(double value) { return std::isnan(value) ? Cell{} : Cell(std::stod(fo
 double result_for(const Table& results, const PublishedCell& cell) {
   double result = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t row = 0; row < results.rows(); ++row) {
-    if (text_at(results, "experiment", row) == cell.experiment && text_at(results, "controller", row) == cell.controller) {
+    if (text_at(results, "experiment", row) == cell.experiment &&
+        text_at(results, "controller", row) == cell.controller) {
       result = text_at(results, "status", row) == "ok" ? number_at(results, cell.metric, row)
                                                        : std::numeric_limits<double>::quiet_NaN();
     }

@@ -35,11 +35,14 @@ constexpr std::array kMetrics{
     Metric{"energy", "u^2 s", "integral of |u|^2, the paper's control energy", false,
            [](const Study&, const Outcome& o) { return integral(o, o.result.energy); }},
     Metric{"energy_riemann", "u^2 s", "the same as a right-end Riemann sum with output.quadrature_step", false,
-           [](const Study& s, const Outcome& o) { return s.output.quadrature_step ? integral(o, o.result.energy_riemann) : kNotApplicable; }},
+           [](const Study& s, const Outcome& o) {
+             return s.output.quadrature_step ? integral(o, o.result.energy_riemann) : kNotApplicable;
+           }},
     Metric{"squared_error", "x^2 s", "integral of |x - xi|^2, positions and velocities", false,
            [](const Study&, const Outcome& o) { return integral(o, o.result.squared_error); }},
-    Metric{"drift_points", "", "training points of a at the end", true,
-           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.belief.drift_points() : kNotApplicable; }},
+    Metric{
+        "drift_points", "", "training points of a at the end", true,
+        [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.belief.drift_points() : kNotApplicable; }},
     Metric{"gain_points", "", "training points of b at the end", true,
            [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.belief.gain_points() : kNotApplicable; }},
     Metric{"new_drift_points", "", "of them, learned in this run", true,
@@ -50,8 +53,9 @@ constexpr std::array kMetrics{
            [](const Study&, const Outcome& o) {
              return adaptive(o) ? o.result.belief.gain_points() - o.start_gain_points : kNotApplicable;
            }},
-    Metric{"refused_gain_estimates", "", "estimates of b that were not positive and were left out", true,
-           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.refused_gain_estimates : kNotApplicable; }},
+    Metric{
+        "refused_gain_estimates", "", "estimates of b that were not positive and were left out", true,
+        [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.refused_gain_estimates : kNotApplicable; }},
     Metric{"tuning_evaluations", "", "evaluations of the marginal likelihood", true,
            [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.tuning_evaluations : kNotApplicable; }},
     Metric{"final_angle", "rad or m", "position of joint 1 at the end", false,

@@ -12,7 +12,7 @@ struct Metric {
   std::string_view name;
   std::string_view unit;
   std::string_view text;
-  bool whole = false;  // a count
+  bool whole = false;                                                     // a count
   double (*value)(const Study& study, const Outcome& outcome) = nullptr;  // NaN where it does not apply
 };
 

@@ -72,7 +72,8 @@ Study read_point(Node spec, const std::vector<Axis>& axes, const std::vector<std
     return study;
   } catch (const SpecError& error) {  // of a value of the sweep: say where in the file the sweep is
     for (const Axis& axis : axes) {
-      if (std::string_view(error.what()).starts_with("--set " + axis.path + "=")) throw SpecError(axis.where, error.what());
+      if (std::string_view(error.what()).starts_with("--set " + axis.path + "="))
+        throw SpecError(axis.where, error.what());
     }
     throw;
   }

@@ -72,8 +72,8 @@ Outcome run_controller(const StudyOutcome& so_far, const std::string& name, cons
       if (teacher.result.status != RunStatus::ok) {
         return failure(name, "'" + teacher.controller + "', whose data it starts with, failed");
       }
-      setup.belief = adaptive->keep_hyper_parameters ? teacher.result.belief
-                                                     : with_data(setup.belief, teacher.result.belief);
+      setup.belief =
+          adaptive->keep_hyper_parameters ? teacher.result.belief : with_data(setup.belief, teacher.result.belief);
     }
     Outcome outcome{name, {}, setup.belief.drift_points(), setup.belief.gain_points()};
     outcome.result = run_loop(setup, random_stream(study.seed, name));

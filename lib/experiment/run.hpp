@@ -29,7 +29,7 @@ struct StudyOutcome {
 
 /// How a batch is run and who hears of it. The callbacks may come from any thread, but one at a time.
 struct RunOptions {
-  int jobs = 0;  // threads; 0: all cores
+  int jobs = 0;                                                       // threads; 0: all cores
   std::function<void(std::size_t done, std::size_t total)> progress;  // after each controller
   std::function<bool()> stop;  // asked before each controller: what has not started by then fails, "interrupted"
 };

@@ -9,7 +9,9 @@ namespace bayesctrl {
 
 namespace {
 
-std::string numbered(const std::string& name, int i, int count) { return count == 1 ? name : name + std::to_string(i + 1); }
+std::string numbered(const std::string& name, int i, int count) {
+  return count == 1 ? name : name + std::to_string(i + 1);
+}
 
 struct Drive {
   std::vector<double> time;
@@ -55,7 +57,8 @@ Table simulate(const Study& study, const std::filesystem::path& input) {
   table.columns.push_back({"t", "s", run.time});
   const auto add = [&](const std::string& name, const std::string& unit, const Eigen::MatrixXd& values) {
     for (int i = 0; i < n; ++i) {
-      table.columns.push_back({numbered(name, i, n), unit, std::vector<double>(values.col(i).begin(), values.col(i).end())});
+      table.columns.push_back(
+          {numbered(name, i, n), unit, std::vector<double>(values.col(i).begin(), values.col(i).end())});
     }
   };
   add("q", "rad or m", run.position);

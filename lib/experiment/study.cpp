@@ -15,8 +15,8 @@ constexpr double kMostSteps = 1e7;  // control calls of one run: beyond this the
 
 std::string joints_problem(std::string_view what, std::size_t given, int joints) {
   if (static_cast<int>(given) == joints) return "";
-  return std::string(what) + " has " + std::to_string(given) + (given == 1 ? " value" : " values") + ", but the plant has " +
-         std::to_string(joints) + (joints == 1 ? " joint" : " joints");
+  return std::string(what) + " has " + std::to_string(given) + (given == 1 ? " value" : " values") +
+         ", but the plant has " + std::to_string(joints) + (joints == 1 ? " joint" : " joints");
 }
 
 std::string one_or_each(std::string_view what, std::size_t given, int joints) {
@@ -26,8 +26,8 @@ std::string one_or_each(std::string_view what, std::size_t given, int joints) {
 std::string learner_problem(const Study& study, const Learner& learner, int joints) {
   const double ratio = learner.period / study.control_period;
   if (ratio < 0.5 || std::abs(ratio - std::round(ratio)) > 1e-6 * ratio) {
-    return "learner.period = " + format(learner.period) + " s is not a multiple of control_period = " +
-           format(study.control_period) + " s";
+    return "learner.period = " + format(learner.period) +
+           " s is not a multiple of control_period = " + format(study.control_period) + " s";
   }
   if (learner.probing_input.empty()) return "learner.probing_input is empty";
   return one_or_each("learner.probing_input", learner.probing_input.size(), joints);

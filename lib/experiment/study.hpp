@@ -41,7 +41,8 @@ struct PosteriorGrid {
     field("points", self.points, {between(0, 1000), "", "along each side; 0: no posterior.csv"});
   }
   std::string problem() const {
-    return position.size() == 2 && velocity.size() == 2 ? "" : "position and velocity need two values, lowest and highest";
+    return position.size() == 2 && velocity.size() == 2 ? ""
+                                                        : "position and velocity need two values, lowest and highest";
   }
   bool operator==(const PosteriorGrid&) const = default;
 };

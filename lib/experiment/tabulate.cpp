@@ -18,7 +18,8 @@ std::string numbered(const std::string& name, Eigen::Index i, Eigen::Index j, Ei
 }
 
 /// Appends a column of numbers, one per step.
-void add(Table& table, const std::string& name, const std::string& unit, const std::vector<LoopStep>& steps, auto&& value) {
+void add(Table& table, const std::string& name, const std::string& unit, const std::vector<LoopStep>& steps,
+         auto&& value) {
   std::vector<double> cells;
   cells.reserve(steps.size());
   for (const LoopStep& step : steps) cells.push_back(value(step));
@@ -38,14 +39,16 @@ void add_belief(Table& table, const std::vector<LoopStep>& steps, Eigen::Index n
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      add(table, numbered("mean_b", i, j, n), "", steps, [i, j](const LoopStep& s) { return s.belief.gain_mean(i, j); });
+      add(table, numbered("mean_b", i, j, n), "", steps,
+          [i, j](const LoopStep& s) { return s.belief.gain_mean(i, j); });
       add(table, numbered("var_b", i, j, n), "", steps,
           [i, j](const LoopStep& s) { return s.belief.gain_variance(i, j); });
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     add(table, numbered("mean_log_b", i, n), "", steps, [i](const LoopStep& s) { return s.belief.log_gain_mean[i]; });
-    add(table, numbered("var_log_b", i, n), "", steps, [i](const LoopStep& s) { return s.belief.log_gain_variance[i]; });
+    add(table, numbered("var_log_b", i, n), "", steps,
+        [i](const LoopStep& s) { return s.belief.log_gain_variance[i]; });
   }
 }
 
@@ -98,7 +101,8 @@ Table trajectory_table(const LoopResult& result) {
   for (const LoopStep& step : steps) modes.emplace_back(mode_name(step.mode, n));
   table.columns.push_back({"mode", "", std::move(modes)});
   for (Eigen::Index i = 0; i < n; ++i) {
-    add(table, numbered("reference_q", i, n), "rad or m", steps, [i](const LoopStep& s) { return s.reference.position[i]; });
+    add(table, numbered("reference_q", i, n), "rad or m", steps,
+        [i](const LoopStep& s) { return s.reference.position[i]; });
     add(table, numbered("reference_v", i, n), "rad/s or m/s", steps,
         [i](const LoopStep& s) { return s.reference.velocity[i]; });
   }
@@ -114,7 +118,8 @@ Table data_table(const Belief& belief) {
   const auto take = [&](const std::string& name, const Posterior& posterior) {
     for (int k = 0; k < posterior.size(); ++k) {
       process.emplace_back(name);
-      for (Eigen::Index d = 0; d < 2 * n; ++d) inputs[static_cast<std::size_t>(d)].push_back(posterior.inputs().points()(k, d));
+      for (Eigen::Index d = 0; d < 2 * n; ++d)
+        inputs[static_cast<std::size_t>(d)].push_back(posterior.inputs().points()(k, d));
     }
     targets.insert(targets.end(), posterior.targets().begin(), posterior.targets().end());
     noise.insert(noise.end(), posterior.noise_variances().begin(), posterior.noise_variances().end());
@@ -160,9 +165,13 @@ Table posterior_table(const Study& study, const Belief& belief) {
         x[n + i] = value(grid.velocity, column);
         const BeliefMarginals seen = belief.predict(x);
         const Affine truth = affine(study.model.plant, x.head(n), x.tail(n));
-        const std::array<double, 7> cells{static_cast<double>(i + 1), x[i], x[n + i],
-                                          std::abs(truth.drift[i] - seen.drift_mean[i]), std::sqrt(seen.drift_variance[i]),
-                                          seen.log_gain_mean[i], std::sqrt(seen.log_gain_variance[i])};
+        const std::array<double, 7> cells{static_cast<double>(i + 1),
+                                          x[i],
+                                          x[n + i],
+                                          std::abs(truth.drift[i] - seen.drift_mean[i]),
+                                          std::sqrt(seen.drift_variance[i]),
+                                          seen.log_gain_mean[i],
+                                          std::sqrt(seen.log_gain_variance[i])};
         for (std::size_t c = 0; c < cells.size(); ++c) push(c, cells[c]);
       }
     }

@@ -16,8 +16,8 @@ Table trajectory_table(const LoopResult& result);
 /// target, noise variance.
 Table data_table(const Belief& belief);
 
-/// The belief on the study's grid: |a - E a| (the paper's figures), standard deviation of a, mean and standard deviation
-/// of log b, for each joint. Empty if the study asks for no points.
+/// The belief on the study's grid: |a - E a| (the paper's figures), standard deviation of a, mean and standard
+/// deviation of log b, for each joint. Empty if the study asks for no points.
 Table posterior_table(const Study& study, const Belief& belief);
 
 }  // namespace bayesctrl

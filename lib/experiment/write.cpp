@@ -1,6 +1,5 @@
 #include "experiment/write.hpp"
 
-
 #include "experiment/tabulate.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
@@ -13,7 +12,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string to_text(const ordered_json& value) { return value.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n"; }
+std::string to_text(const ordered_json& value) {
+  return value.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
 
 ordered_json summary(const StudyOutcome& outcome) {
   ordered_json object{{"experiment", outcome.study.name}, {"description", outcome.study.description}};

@@ -34,7 +34,8 @@ struct EvidenceBounds {
     field("length_scale", self.length_scale, {kPositive, "input unit", "lowest and highest length scale"});
     field("shape", self.shape, {kPositive, "", "lowest and highest shape of a rational quadratic"});
     field("period", self.period, {kPositive, "input unit", "lowest and highest period"});
-    field("noise_variance", self.noise_variance, {kPositive, "output unit squared", "lowest and highest noise variance"});
+    field("noise_variance", self.noise_variance,
+          {kPositive, "output unit squared", "lowest and highest noise variance"});
   }
   std::string problem() const;
   bool operator==(const EvidenceBounds&) const = default;
@@ -47,7 +48,8 @@ struct EvidenceOptions {
 
   static void fields(auto& self, auto&& field) {
     field("bounds", self.bounds, {.text = "bounds of the hyper-parameters"});
-    field("max_evaluations", self.max_evaluations, {between(1, 1e6), "", "evaluations of the likelihood for each start"});
+    field("max_evaluations", self.max_evaluations,
+          {between(1, 1e6), "", "evaluations of the likelihood for each start"});
     field("restarts", self.restarts, {between(0, 1000), "", "further starts, drawn log-uniformly within the bounds"});
   }
   bool operator==(const EvidenceOptions&) const = default;

@@ -53,9 +53,7 @@ class Inputs {
   }
 
   /// Points first .. first + count - 1; may reach into the zeros beyond the last point, up to a multiple of kBlock.
-  InputBlock block(int first, int count) const {
-    return {values_.data() + first, values_.rows(), count, dimension()};
-  }
+  InputBlock block(int first, int count) const { return {values_.data() + first, values_.rows(), count, dimension()}; }
 
  private:
   Eigen::MatrixXd values_;

@@ -28,10 +28,13 @@ struct Sum {
 /// k = product of the factors: for example periodic in the angle, smooth in the velocity.
 struct Product {
   static constexpr std::string_view kName = "product";
-  static constexpr std::string_view kText = "product of kernels, for example periodic in the angle and smooth in velocity";
+  static constexpr std::string_view kText =
+      "product of kernels, for example periodic in the angle and smooth in velocity";
   std::vector<Kernel> factors;
 
-  static void fields(auto& self, auto&& field) { field("factors", self.factors, {.text = "kernels", .required = true}); }
+  static void fields(auto& self, auto&& field) {
+    field("factors", self.factors, {.text = "kernels", .required = true});
+  }
   std::string problem() const;
   bool operator==(const Product&) const;
 };
@@ -62,11 +65,11 @@ void evaluate(const Kernel& kernel, const InputBlock& inputs, const double* x, B
 void differentiate(const Kernel& kernel, const InputBlock& inputs, const double* x, BlockArray& k,
                    BlockGradient& gradient);
 
-/// The hyper-parameters in the order of their declaration, composite kernels depth first, e.g. "factors.0.length_scales.1".
-/// Pointers into `kernel`. Throws std::invalid_argument for more than kMaxHyperParameters.
+/// The hyper-parameters in the order of their declaration, composite kernels depth first, e.g.
+/// "factors.0.length_scales.1". Pointers into `kernel`. Throws std::invalid_argument for more than kMaxHyperParameters.
 struct HyperParameter {
-  std::string name;    // path inside the kernel
-  std::string field;   // name of the declared field
+  std::string name;   // path inside the kernel
+  std::string field;  // name of the declared field
   double* value = nullptr;
 };
 std::vector<HyperParameter> hyper_parameters(Kernel& kernel);

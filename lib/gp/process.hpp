@@ -47,8 +47,9 @@ struct LogNormalProcess {
   static void fields(auto& self, auto&& field) { GaussianProcess::fields(self.log, field); }
 };
 
-/// A prior with the data absorbed: n inputs X, targets y, noise S (diagonal). Keeps L of K + S = L L^T and z = L^-1 (y -
-/// m(X)), so that E f(x) = m(x) + (L^-1 k) . z and var f(x) = k(x, x) - |L^-1 k|^2 (Rasmussen & Williams 2006, Alg. 2.1).
+/// A prior with the data absorbed: n inputs X, targets y, noise S (diagonal). Keeps L of K + S = L L^T and z = L^-1 (y
+/// - m(X)), so that E f(x) = m(x) + (L^-1 k) . z and var f(x) = k(x, x) - |L^-1 k|^2 (Rasmussen & Williams 2006,
+/// Alg. 2.1).
 class Posterior {
  public:
   Posterior() = default;

@@ -12,7 +12,8 @@ struct Integration {
   int max_steps = 10'000;  // in one call: beyond that the equation is taken to be stiff or diverging
 
   static void fields(auto& self, auto&& field) {
-    field("relative_tolerance", self.relative_tolerance, {between(1e-14, 1e-1), "", "of each step, relative to the state"});
+    field("relative_tolerance", self.relative_tolerance,
+          {between(1e-14, 1e-1), "", "of each step, relative to the state"});
     field("absolute_tolerance", self.absolute_tolerance, {between(1e-16, 1e-1), "", "of each step"});
     field("max_steps", self.max_steps, {between(1, 1e9), "", "steps in one control period before a run is given up"});
   }

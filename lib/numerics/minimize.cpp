@@ -1,9 +1,8 @@
 #include "numerics/minimize.hpp"
 
-#include <nlopt.hpp>
-
 #include <cmath>
 #include <limits>
+#include <nlopt.hpp>
 #include <stdexcept>
 
 namespace bayesctrl {

@@ -14,7 +14,7 @@ struct MinimizeOptions {
 };
 
 struct MinimizeSummary {
-  Eigen::VectorXd x;      // the best point that was evaluated
+  Eigen::VectorXd x;  // the best point that was evaluated
   double value = 0.0;
   int evaluations = 0;
   bool converged = false;  // false: stopped by max_evaluations or by a failing line search

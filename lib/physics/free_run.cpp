@@ -43,7 +43,8 @@ Recording run(const PlantType& plant, const StateVector& initial_state, const st
 
 Recording free_run(const Model& model, const StateVector& initial_state, const std::vector<double>& time,
                    const Eigen::MatrixXd& inputs, const Integration& integration) {
-  return std::visit([&](const auto& plant) { return run(plant, initial_state, time, inputs, integration); }, model.plant);
+  return std::visit([&](const auto& plant) { return run(plant, initial_state, time, inputs, integration); },
+                    model.plant);
 }
 
 }  // namespace bayesctrl

@@ -34,7 +34,7 @@ struct Machine::Moment {
   std::array<int, kSlots> direction{};
 };
 
-Machine::Machine(Plant plant, std::vector<Effect> effects)
+Machine::Machine(const Plant& plant, std::vector<Effect> effects)
     : plant_(std::move(plant)),
       effects_(std::move(effects)),
       joints_(bayesctrl::joints(plant_)),

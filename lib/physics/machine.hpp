@@ -17,7 +17,7 @@ namespace bayesctrl {
 /// friction holds.
 class Machine {
  public:
-  Machine(Plant plant, std::vector<Effect> effects);
+  Machine(const Plant& plant, std::vector<Effect> effects);
 
   int joints() const { return joints_; }
   const std::vector<Effect>& effects() const { return effects_; }

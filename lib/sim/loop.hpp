@@ -21,15 +21,15 @@ struct LoopSetup {
   Plant plant;
   StateVector initial_state;  // [q, v]
   Reference reference;
-  double duration = 1.0;        // s
-  double control_period = 0.01; // s
+  double duration = 1.0;         // s
+  double control_period = 0.01;  // s
   InnerLaw inner_law;
   std::vector<double> input_limit;  // empty: none
   Sensor sensor;
   Integration integration;
   std::optional<double> quadrature_step;  // s; report the right-end Riemann sum of u^2 of this step as well
   Controller controller;
-  Belief belief;    // what an adaptive controller starts with
+  Belief belief;  // what an adaptive controller starts with
   Learner learner;
   Tuning tuning;
 };
@@ -55,14 +55,14 @@ constexpr std::array<std::string_view, 2> names(RunStatus) { return {"ok", "fail
 
 struct LoopResult {
   RunStatus status = RunStatus::ok;
-  std::string reason;             // of a failure; the steps up to it are kept
-  std::vector<LoopStep> steps;    // one per control call, and the final state
-  double energy = 0.0;            // integral of |u|^2
-  double squared_error = 0.0;     // integral of |x - xi|^2
-  double energy_riemann = 0.0;    // right-end Riemann sum of |u|^2, if asked for
-  Belief belief;                  // as it is at the end
-  int refused_gain_estimates = 0; // estimates of b that were not positive
-  int tuning_evaluations = 0;     // of the marginal likelihood
+  std::string reason;              // of a failure; the steps up to it are kept
+  std::vector<LoopStep> steps;     // one per control call, and the final state
+  double energy = 0.0;             // integral of |u|^2
+  double squared_error = 0.0;      // integral of |x - xi|^2
+  double energy_riemann = 0.0;     // right-end Riemann sum of |u|^2, if asked for
+  Belief belief;                   // as it is at the end
+  int refused_gain_estimates = 0;  // estimates of b that were not positive
+  int tuning_evaluations = 0;      // of the marginal likelihood
 };
 
 /// Runs the loop: sample, learn, decide, hold, integrate. Energy and error are states of the integration. A numerical

@@ -21,8 +21,10 @@ struct Sensor {
     field("positions_only", self.positions_only, {.text = "velocities are estimated from the last three positions"});
     field("noise", self.noise, {kNonNegative, "rad or m", "standard deviation of the position's white noise"});
     field("velocity_noise", self.velocity_noise, {kNonNegative, "rad/s or m/s", "the same for measured velocities"});
-    field("quantum", self.quantum, {kNonNegative, "rad or m", "positions are rounded to multiples of this; 0: not rounded"});
-    field("delay_periods", self.delay_periods, {between(0, 1000), "control periods", "age of a measurement when it is seen"});
+    field("quantum", self.quantum,
+          {kNonNegative, "rad or m", "positions are rounded to multiples of this; 0: not rounded"});
+    field("delay_periods", self.delay_periods,
+          {between(0, 1000), "control periods", "age of a measurement when it is seen"});
   }
   bool operator==(const Sensor&) const = default;
 };

@@ -31,8 +31,9 @@ std::map<std::string, std::string> without_provenance(std::map<std::string, std:
 TEST_CASE("run --json prints exactly one JSON object and nothing else", "[apps]") {
   const Folder folder;
   const std::string spec = write_slide(folder, "sweep: {seed: [1, 2]}\n"), out = folder.path() / "out";
-  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--progress", "text"}, {"--quiet"}}) {
-    std::vector<std::string> arguments{"run", spec, "--out", out, "--json"};
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--progress", "bar"}, {"--quiet"}}) {
+    // Long enough, without --json, for the bar to be drawn.
+    std::vector<std::string> arguments{"run", spec, "--out", out, "--json", "--set", "duration=500"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const CommandResult result = bayesctrl_with(arguments);
     CHECK(result.status == 0);

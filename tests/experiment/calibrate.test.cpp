@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <iomanip>
+#include <set>
 #include <sstream>
 
 #include "experiment/tabulate.hpp"
@@ -21,7 +22,8 @@ namespace {
 class GainSearch {
  public:
   explicit GainSearch(const std::string& vary = "{controllers.P1.gain: {low: 0.5, high: 20}}",
-                      const std::string& more = "controllers: [P1]") {
+                      const std::string& more = "controllers: [P1]",
+                      const std::string& effort = "draws: 10\nsteps: 60\ndigits: 1") {
     const double energy = metric(run_one(slide({"controllers.P1.gain=3"})), "P1", "energy");
     std::ostringstream value;
     value << std::setprecision(17) << energy;
@@ -32,8 +34,8 @@ class GainSearch {
                    value.str() +
                    "}\n"
                    "  - {experiment: another, controller: P1, metric: energy, absolute: 1, value: 1.0e+6}\n");
-    write_file(file(), "study: slide.yaml\nagainst: [published.yaml]\nvary: " + vary +
-                           "\nstarts: 3\ndraws: 10\nsteps: 60\ndigits: 1\n" + more + "\n");
+    write_file(file(), "study: slide.yaml\nagainst: [published.yaml]\nvary: " + vary + "\nstarts: 3\n" + effort + "\n" +
+                           more + "\n");
   }
 
   std::filesystem::path file() const { return folder_.path() / "search.yaml"; }
@@ -71,6 +73,13 @@ TEST_CASE("A calibration chooses among given values as well", "[experiment]") {
   const GainSearch search("{controllers.P1.gain: {choices: [1, 2, 3, 5]}, description: {choices: [x]}}");
   CHECK(calibrate(search.file(), 1).front().assignments ==
         std::vector<std::string>{"controllers.P1.gain=3", "description=x"});
+}
+
+TEST_CASE("The searches of a calibration begin in different places", "[experiment]") {
+  const GainSearch search("{controllers.P1.gain: {low: 0.5, high: 20}}", "", "draws: 1\nsteps: 0\ndigits: 6");
+  std::set<std::string> starts;
+  for (const CalibrationResult& result : calibrate(search.file(), 1)) starts.insert(result.assignments.front());
+  CHECK(starts.size() == 3);
 }
 
 TEST_CASE("A calibration's result does not depend on the number of threads", "[experiment]") {

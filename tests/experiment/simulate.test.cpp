@@ -95,8 +95,10 @@ TEST_CASE("A machine with two joints takes u1 and u2 and returns q1, q2, v1, v2"
   const Study arm = read_studies(config("arm.yaml")).front();
   const Folder folder;
   write_file(folder.path() / "u.csv", "t,u1,u2\n0,1,2\n0.1,3,4\n");
-  CHECK(column_names(simulate(arm, folder.path() / "u.csv")) ==
-        std::vector<std::string>{"t", "q1", "q2", "v1", "v2", "u1", "u2"});
+  const Table table = simulate(arm, folder.path() / "u.csv");
+  CHECK(column_names(table) == std::vector<std::string>{"t", "q1", "q2", "v1", "v2", "u1", "u2"});
+  CHECK(numbers(table, "u1", "") == std::vector<double>{1.0, 3.0});
+  CHECK(numbers(table, "u2", "") == std::vector<double>{2.0, 4.0});
   CHECK_THAT(input_error(arm, "t,u\n0,1\n1,1\n"), Catch::StartsWith("u.csv: has no column 'u1'"));
 }
 

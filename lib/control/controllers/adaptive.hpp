@@ -13,7 +13,8 @@ namespace bayesctrl {
 /// The paper's SP: feedback linearisation with the posterior means of a and b, learned online by probing.
 struct Adaptive {
   static constexpr std::string_view kName = "adaptive";
-  static constexpr std::string_view kText = "the paper's SP: feedback linearisation with posterior means, learned online";
+  static constexpr std::string_view kText =
+      "the paper's SP: feedback linearisation with posterior means, learned online";
   static constexpr bool kContinuous = false;
   static constexpr Knowledge kKnowledge = Knowledge::belief;
   std::string trained_from;

@@ -7,7 +7,8 @@ namespace bayesctrl {
 /// k = s^2 (1 + sqrt(3) r) exp(-sqrt(3) r) (Rasmussen & Williams 2006, Eq. 4.17).
 struct Matern32 : ArdScales {
   static constexpr std::string_view kName = "matern32";
-  static constexpr std::string_view kText = "s^2 (1 + sqrt(3) r) exp(-sqrt(3) r): functions that are once differentiable";
+  static constexpr std::string_view kText =
+      "s^2 (1 + sqrt(3) r) exp(-sqrt(3) r): functions that are once differentiable";
 
   void evaluate(const InputBlock& inputs, const double* x, BlockArray& k) const {
     const BlockArray r = (3.0 * squared_distance(inputs, x, length_scales)).sqrt();

@@ -6,7 +6,8 @@
 
 namespace bayesctrl {
 
-/// k = s^2 exp(-2 sum_d sin^2(pi (x_d - y_d) / period_d) / l_d^2): l_d scales the sine (Rasmussen & Williams 2006, Eq. 4.31).
+/// k = s^2 exp(-2 sum_d sin^2(pi (x_d - y_d) / period_d) / l_d^2): l_d scales the sine (Rasmussen & Williams 2006,
+/// Eq. 4.31).
 struct Periodic : ArdScales {
   static constexpr std::string_view kName = "periodic";
   static constexpr std::string_view kText =

@@ -12,9 +12,9 @@
 
 namespace bayesctrl {
 
-/// Integrates y' = f(y, t) from t0 to t1 in place; `f(y, dydt, t)` writes the derivative. `step` is the step size to try
-/// first and, on return, the one to try next (the last is not shortened by t1). Allocates nothing.
-/// Throws NumericalError when y stops being finite or more than `max_steps` steps are needed.
+/// Integrates y' = f(y, t) from t0 to t1 in place; `f(y, dydt, t)` writes the derivative. `step` is the step size to
+/// try first and, on return, the one to try next (the last is not shortened by t1). Allocates nothing. Throws
+/// NumericalError when y stops being finite or more than `max_steps` steps are needed.
 template <std::size_t N>
 void integrate(auto&& f, std::array<double, N>& y, double t0, double t1, const Integration& options, double& step) {
   namespace odeint = boost::numeric::odeint;

@@ -35,7 +35,8 @@ struct Pendulum {
 
   Affine affine(const JointVector& q, const JointVector& v) const {
     const double inertia = mass * length * length;
-    const double r = friction_amplitude == 0.0 ? friction : friction + friction_amplitude * std::cos(q[0] - friction_centre);
+    const double r =
+        friction_amplitude == 0.0 ? friction : friction + friction_amplitude * std::cos(q[0] - friction_centre);
     return Affine::scalar(-gravity / length * std::sin(q[0]) - r / inertia * v[0], 1.0 / inertia);
   }
 

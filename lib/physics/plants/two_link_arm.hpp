@@ -11,7 +11,8 @@ namespace bayesctrl {
 /// joint's own axis. Rotors of inertia J behind gears of ratio n add (n^2 + 1) J, -n J, n^2 J to M11, M12, M22.
 struct TwoLinkArm {
   static constexpr std::string_view kName = "two_link_arm";
-  static constexpr std::string_view kText = "planar arm, both joints driven; q1 from hanging down, q2 relative to link 1";
+  static constexpr std::string_view kText =
+      "planar arm, both joints driven; q1 from hanging down, q2 relative to link 1";
   static constexpr int kJoints = 2;
   double mass1 = 1.0, mass2 = 1.0;
   double length1 = 1.0, length2 = 1.0;
