@@ -20,15 +20,19 @@ using nlohmann::ordered_json;
 
 ordered_json parameters_of(const auto& form) {
   ordered_json list = ordered_json::array();
-  for (const ParameterDescription& p : describe<std::decay_t<decltype(form)>>()) {
-    list.push_back({{"name", p.name},
-                    {"unit", p.unit},
-                    {"allowed", p.range},
-                    {"default", p.default_value},
-                    {"required", p.required},
-                    {"text", p.text}});
+  if constexpr (!HasFields<std::decay_t<decltype(form)>>) {
+    return list;  // a custom machine: its parameters are the user's
+  } else {
+    for (const ParameterDescription& p : describe<std::decay_t<decltype(form)>>()) {
+      list.push_back({{"name", p.name},
+                      {"unit", p.unit},
+                      {"allowed", p.range},
+                      {"default", p.default_value},
+                      {"required", p.required},
+                      {"text", p.text}});
+    }
+    return list;
   }
-  return list;
 }
 
 ordered_json family(const auto* variant) {

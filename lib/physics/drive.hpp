@@ -18,6 +18,9 @@ class Drive {
   /// Times at which the held value changes or may change, increasing, the first at time[0].
   const std::vector<double>& switches() const { return time_; }
 
+  /// Time constant of the lag; 0: none.
+  double lag() const { return lag_; }
+
   /// Value at time t within segment `index`, switches()[index] <= t.
   double at(std::size_t index, double t) const;
 

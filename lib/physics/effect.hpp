@@ -45,6 +45,7 @@ using EffectForm = std::variant<ViscousFriction, CoulombFriction, StribeckFricti
 struct Effect {
   EffectForm form;
   int joint = 0;
+  int recording = -1;  // the only recording in which it acts, counted from 0; -1: every one
 
   bool operator==(const Effect&) const = default;
 };

@@ -9,10 +9,9 @@ namespace bayesctrl {
 
 namespace {
 
-template <class PlantType>
+template <int kJoints, class PlantType>
 Recording run(const PlantType& plant, const StateVector& initial_state, const std::vector<double>& time,
               const Eigen::MatrixXd& inputs, const Integration& integration) {
-  constexpr int kJoints = PlantType::kJoints;
   const auto samples = static_cast<Eigen::Index>(time.size());
   if (initial_state.size() != 2 * kJoints || inputs.rows() != samples || inputs.cols() != kJoints) {
     throw std::invalid_argument("initial state and inputs do not fit the plant");
@@ -43,8 +42,9 @@ Recording run(const PlantType& plant, const StateVector& initial_state, const st
 
 Recording free_run(const Model& model, const StateVector& initial_state, const std::vector<double>& time,
                    const Eigen::MatrixXd& inputs, const Integration& integration) {
-  return std::visit([&](const auto& plant) { return run(plant, initial_state, time, inputs, integration); },
-                    model.plant);
+  return with_joints(model.plant, [&]<int kJoints>(const auto& plant, std::integral_constant<int, kJoints>) {
+    return run<kJoints>(plant, initial_state, time, inputs, integration);
+  });
 }
 
 }  // namespace bayesctrl

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kStopIterations = 30;     // of the search for the instant at which a joint stops
 constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands
-constexpr double kShortestStep = 1e-6;  // s
+constexpr double kShortestStep = 3e-4;  // s
 constexpr int kMostStops = 16;          // within one step; beyond that the joint is taken to rest
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
@@ -77,25 +77,21 @@ JointVector Machine::measured(const JointVector& position) const {
 /// q'' at one state. Joints that are stuck do not accelerate; the torques that hold them go to `holding_torque`.
 JointVector Machine::acceleration(const State& state, const Moment& moment, double t,
                                   JointVector* holding_torque) const {
-  const Affine nominal = affine(plant_, state.q, state.v);
-  JointVector external = JointVector::Zero(joints_), tilted = JointVector::Zero(joints_);
+  JointVector input(joints_);
+  for (int j = 0; j < joints_; ++j) {
+    const auto slot = static_cast<std::size_t>(j);
+    input[j] = (*moment.drives)[slot].at(moment.segment[slot], t);
+  }
+  const Motion nominal = motion(plant_, state.q, state.v, input, t);
+  JointVector external = JointVector::Zero(joints_), tilted = external, motor = input;
   if (needs_external_torque_) {
-    const JointVector rest = JointVector::Zero(joints_);
-    const auto torque_at = [&](const JointVector& q) -> JointVector {
-      const Affine still = affine(plant_, q, rest);
-      return still.gain.partialPivLu().solve(still.drift);
-    };
-    external = torque_at(state.q);
-    tilted = torque_at(state.q + tilt_);
+    external = external_torque(plant_, state.q);
+    tilted = external_torque(plant_, state.q + tilt_);
+    motor = motor_torque(state.q, state.v, input, t);
   }
 
   JointVector torque = tilted - external;
   JointVector friction = JointVector::Zero(joints_);
-  JointVector motor(joints_);
-  for (int j = 0; j < joints_; ++j) {
-    const auto slot = static_cast<std::size_t>(j);
-    motor[j] = (*moment.drives)[slot].at(moment.segment[slot], t);
-  }
   for (const Effect& effect : effects_) {
     const int j = effect.joint;
     const JointState seen{state.q[j], state.v[j], t, motor[j], external[j]};
@@ -113,15 +109,15 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
   }
   for (int j = 0; j < joints_; ++j) torque[j] -= moment.direction[static_cast<std::size_t>(j)] * friction[j];
 
-  // (M + D) q'' = M drift + torques, D the added inertia and M^-1 the plant's gain: q'' = (1 + M^-1 D)^-1 (...).
-  JointMatrix mobility = nominal.gain;
-  JointVector result = nominal.drift + nominal.gain * (motor + torque);
+  // (M + D) q'' = M nominal + torques, D the added inertia and M^-1 the mobility: q'' = (1 + M^-1 D)^-1 (...).
+  JointMatrix mobility = nominal.mobility;
+  JointVector result = nominal.acceleration + nominal.mobility * torque;
   if (joints_ == 1) {
-    const double scale = 1.0 / (1.0 + nominal.gain(0, 0) * added_inertia_[0]);
+    const double scale = 1.0 / (1.0 + nominal.mobility(0, 0) * added_inertia_[0]);
     mobility *= scale;
     result *= scale;
   } else if (added_inertia_.any()) {
-    const JointMatrix system = JointMatrix::Identity(joints_, joints_) + nominal.gain * added_inertia_.asDiagonal();
+    const JointMatrix system = JointMatrix::Identity(joints_, joints_) + nominal.mobility * added_inertia_.asDiagonal();
     const auto factor = system.partialPivLu();
     mobility = factor.solve(mobility).eval();
     result = factor.solve(result).eval();
@@ -154,14 +150,26 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
   return result;
 }
 
+/// Torque of the motors: the input itself, or for a custom machine what it adds to M q''.
+JointVector Machine::motor_torque(const JointVector& q, const JointVector& v, const JointVector& input,
+                                  double t) const {
+  if (!std::holds_alternative<Custom>(plant_)) return input;
+  const Motion driven = motion(plant_, q, v, input, t);
+  const Motion idle = motion(plant_, q, v, JointVector::Zero(joints_), t);
+  return driven.mobility.partialPivLu().solve(driven.acceleration - idle.acceleration);
+}
+
 double Machine::holding(const State& state, const Moment& moment, int joint) const {
-  double external = 0.0;
+  double external = 0.0, motor = 0.0;
   if (needs_external_torque_) {
-    const Affine still = affine(plant_, state.q, JointVector::Zero(joints_));
-    external = JointVector(still.gain.partialPivLu().solve(still.drift))[joint];
+    JointVector input(joints_);
+    for (int j = 0; j < joints_; ++j) {
+      const auto slot = static_cast<std::size_t>(j);
+      input[j] = (*moment.drives)[slot].at(moment.segment[slot], moment.t);
+    }
+    external = external_torque(plant_, state.q)[joint];
+    motor = motor_torque(state.q, state.v, input, moment.t)[joint];
   }
-  const auto slot = static_cast<std::size_t>(joint);
-  const double motor = (*moment.drives)[slot].at(moment.segment[slot], moment.t);
   const JointState seen{state.q[joint], 0.0, moment.t, motor, external};
   double level = 0.0;
   for (const Effect& effect : effects_) {
@@ -175,14 +183,20 @@ double Machine::holding(const State& state, const Moment& moment, int joint) con
   return level;
 }
 
-/// Longest step at which the hidden states are integrated stably.
-double Machine::stable_step(const State& state) const {
+/// Longest step that resolves hidden states, and lags after a switch of the input.
+double Machine::fine_step(const State& state, const Moment& moment) const {
   double limit = kInfinity;
+  for (int j = 0; j < joints_; ++j) {
+    const auto slot = static_cast<std::size_t>(j);
+    const Drive& drive = (*moment.drives)[slot];
+    const double since = moment.t - drive.switches()[moment.segment[slot]];
+    if (drive.lag() > 0.0 && since < 8.0 * drive.lag()) limit = std::min(limit, 0.5 * drive.lag());
+  }
   for (const Effect& effect : effects_) {
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (HiddenStateEffect<E>) {
-            limit = std::min(limit, 1.0 / std::max(1e-9, form.settling_rate(state.v[effect.joint])));
+            limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(state.v[effect.joint])));
           }
         },
         effect.form);
@@ -192,30 +206,35 @@ double Machine::stable_step(const State& state) const {
 
 /// One Runge-Kutta step of length h in the present regime.
 Machine::State Machine::step(const State& state, const Moment& moment, double h) const {
-  const auto rate = [&](const State& s) {
-    JointVector zdot = JointVector::Zero(joints_);
+  // Hidden states follow z' = rate(v, z), linear in z, exactly for a velocity that is constant within the step.
+  const auto settled = [&](const JointVector& v, double by) {
+    JointVector z = state.z;
     for (const Effect& effect : effects_) {
       std::visit(
           [&]<class E>(const E& form) {
-            if constexpr (HiddenStateEffect<E>) zdot[effect.joint] = form.rate(s.v[effect.joint], s.z[effect.joint]);
+            if constexpr (HiddenStateEffect<E>) {
+              const double speed = v[effect.joint], decay = form.settling_rate(speed) * by;
+              const double weight = decay < 1e-6 ? by : by * -std::expm1(-decay) / decay;
+              z[effect.joint] += form.rate(speed, z[effect.joint]) * weight;
+            }
           },
           effect.form);
     }
-    return zdot;
+    return z;
   };
-  const auto moved = [&](const JointVector& dq, const JointVector& dv, const JointVector& dz, double by) {
-    return State{state.q + by * dq, state.v + by * dv, state.z + by * dz};
+  const auto moved = [&](const JointVector& dq, const JointVector& dv, const JointVector& z, double by) {
+    return State{state.q + by * dq, state.v + by * dv, z};
   };
   const double t = moment.t;
-  const JointVector a1 = acceleration(state, moment, t, nullptr), z1 = rate(state);
-  const State s2 = moved(state.v, a1, z1, 0.5 * h);
-  const JointVector a2 = acceleration(s2, moment, t + 0.5 * h, nullptr), z2 = rate(s2);
-  const State s3 = moved(s2.v, a2, z2, 0.5 * h);
-  const JointVector a3 = acceleration(s3, moment, t + 0.5 * h, nullptr), z3 = rate(s3);
-  const State s4 = moved(s3.v, a3, z3, h);
-  const JointVector a4 = acceleration(s4, moment, t + h, nullptr), z4 = rate(s4);
-  return moved((state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0,
-               (z1 + 2.0 * z2 + 2.0 * z3 + z4) / 6.0, h);
+  const JointVector a1 = acceleration(state, moment, t, nullptr);
+  const State s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
+  const JointVector a2 = acceleration(s2, moment, t + 0.5 * h, nullptr);
+  const State s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
+  const JointVector a3 = acceleration(s3, moment, t + 0.5 * h, nullptr);
+  const State s4 = moved(s3.v, a3, settled(s3.v, h), h);
+  const JointVector a4 = acceleration(s4, moment, t + h, nullptr);
+  const JointVector mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
+  return moved(mean, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, settled(mean, h), h);
 }
 
 /// Decides for each joint that stands still whether friction holds it, else in which direction it breaks away.
@@ -251,7 +270,7 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
   settle(state, moment);
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
     const double left = end - moment.t;
-    const double h = left / std::ceil(left / std::min(max_step, stable_step(state)));
+    const double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment)));
     State next = step(state, moment, h);
 
     int stopping = -1;
@@ -301,9 +320,9 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
-                             const std::vector<Drive>& drives, std::size_t first, std::size_t last,
-                             double max_step) const {
-  State state{start.head(joints_), start.tail(joints_), JointVector::Zero(joints_)};
+                             const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step, const JointVector& hidden,
+                             Eigen::MatrixXd* states) const {
+  State state{start.head(joints_), start.tail(joints_), hidden};
   Moment moment;
   moment.t = time[first];
   moment.drives = &drives;
@@ -314,8 +333,11 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
     moment.segment[slot] = static_cast<std::size_t>(after - switches.begin()) - 1;
   }
   Eigen::MatrixXd shown(static_cast<Eigen::Index>(last - first + 1), joints_);
+  if (states != nullptr) states->resize(shown.rows(), 2 * joints_);
   for (std::size_t k = first;; ++k) {
     shown.row(static_cast<Eigen::Index>(k - first)) = measured(state.q);
+    if (states != nullptr)
+      states->row(static_cast<Eigen::Index>(k - first)) << state.q.transpose(), state.v.transpose();
     if (!state.q.allFinite() || !state.v.allFinite()) {
       throw NumericalError("the model diverges at t = " + format(moment.t, 6) + " s");
     }
@@ -339,6 +361,37 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
       }
     }
   }
+}
+
+Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity) const {
+  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(velocity.rows(), joints_);
+  for (const Effect& effect : effects_) {
+    std::visit(
+        [&]<class E>(const E& form) {
+          if constexpr (HiddenStateEffect<E>) {
+            const int j = effect.joint;
+            constexpr int kParts = 8;
+            for (Eigen::Index k = 0; k + 1 < velocity.rows(); ++k) {
+              const double h = (time[static_cast<std::size_t>(k) + 1] - time[static_cast<std::size_t>(k)]) / kParts;
+              double at = z(k, j);
+              for (int i = 0; i < kParts; ++i) {
+                const double s = (i + 0.5) / kParts, v = (1.0 - s) * velocity(k, j) + s * velocity(k + 1, j);
+                const double decay = form.settling_rate(v) * h;
+                at += form.rate(v, at) * (decay < 1e-6 ? h : h * -std::expm1(-decay) / decay);
+              }
+              z(k + 1, j) = at;
+            }
+          }
+        },
+        effect.form);
+  }
+  return z;
+}
+
+bool Machine::has_hidden_states() const {
+  return std::any_of(effects_.begin(), effects_.end(), [](const Effect& effect) {
+    return std::visit([]<class E>(const E&) { return HiddenStateEffect<E>; }, effect.form);
+  });
 }
 
 }  // namespace bayesctrl

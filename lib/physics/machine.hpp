@@ -25,10 +25,20 @@ class Machine {
   /// Drives of all joints for one recording; `input`: samples x joints.
   std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const;
 
-  /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v] at
-  /// time[first]. Throws NumericalError where it diverges.
+  /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
+  /// and the states `hidden` of the joints' effects at time[first]. With `states` also the true [q, v] of each sample.
+  /// Throws NumericalError where it diverges.
   Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
-                      std::size_t first, std::size_t last, double max_step = 0.005) const;
+                      std::size_t first, std::size_t last, double max_step, const JointVector& hidden,
+                      Eigen::MatrixXd* states = nullptr) const;
+  Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
+                      std::size_t first, std::size_t last, double max_step = 0.005) const {
+    return run(start, time, drives, first, last, max_step, JointVector::Zero(joints_));
+  }
+
+  /// States of the joints' effects (samples x joints) along a known motion, 0 at its first sample.
+  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity) const;
+  bool has_hidden_states() const;
 
   /// What the sensors show of a position.
   JointVector measured(const JointVector& position) const;
@@ -38,7 +48,8 @@ class Machine {
   struct State;
   struct Moment;
 
-  double stable_step(const State& state) const;
+  double fine_step(const State& state, const Moment& moment) const;
+  JointVector motor_torque(const JointVector& q, const JointVector& v, const JointVector& input, double t) const;
   double holding(const State& state, const Moment& moment, int joint) const;
   JointVector acceleration(const State& state, const Moment& moment, double t, JointVector* holding_torque) const;
   State step(const State& state, const Moment& moment, double h) const;

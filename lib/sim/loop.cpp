@@ -27,9 +27,8 @@ Learner within_limits(Learner learner, const std::vector<double>& limit, int inp
 }
 
 /// One run of one controller on one plant; the types are fixed so that the inner loop has no dispatch.
-template <class PlantType, class ControllerType>
+template <class PlantType, std::size_t kJoints, class ControllerType>
 class Loop {
-  static constexpr std::size_t kJoints = PlantType::kJoints;
   using OdeState = std::array<double, 2 * kJoints + 2>;  // q, v, integral of |u|^2, integral of |x - xi|^2
 
  public:
@@ -211,12 +210,13 @@ long control_steps(double duration, double control_period) {
 }
 
 LoopResult run_loop(const LoopSetup& setup, RandomStream random) {
-  return std::visit(
-      [&](const auto& plant, const auto& controller) {
-        return Loop<std::decay_t<decltype(plant)>, std::decay_t<decltype(controller)>>(setup, plant, controller, random)
-            .run();
-      },
-      setup.plant, setup.controller);
+  return with_joints(setup.plant, [&]<class P, int kJoints>(const P& plant, std::integral_constant<int, kJoints>) {
+    return std::visit(
+        [&]<class C>(const C& controller) {
+          return Loop<P, static_cast<std::size_t>(kJoints), C>(setup, plant, controller, random).run();
+        },
+        setup.controller);
+  });
 }
 
 }  // namespace bayesctrl

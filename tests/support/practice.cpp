@@ -26,11 +26,13 @@ Plant to_plant(const Node& model) {
   const std::string name = at(model, "plant").text == "custom" ? "pendulum" : at(model, "plant").text;
   Plant plant;
   for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class P>(P form) {
-    if (P::kName != name) return;
-    P::fields(form, [&](std::string_view key, double& value, const Info&) {
-      if (const Node::Entry* entry = at(model, "parameters").find(key)) value = std::stod(entry->value.text);
-    });
-    plant = form;
+    if constexpr (HasFields<P>) {
+      if (P::kName != name) return;
+      P::fields(form, [&](std::string_view key, double& value, const Info&) {
+        if (const Node::Entry* entry = at(model, "parameters").find(key)) value = std::stod(entry->value.text);
+      });
+      plant = form;
+    }
   });
   return plant;
 }

@@ -16,6 +16,15 @@ struct ActuatorLag {
 
   double lag() const { return time_constant; }
 
+  static std::vector<Shape<ActuatorLag>> shapes(const Survey& /*s*/) {
+    std::vector<Shape<ActuatorLag>> list;
+    for (const double tried : spread(0.001, 0.5, 14)) list.push_back({{{tried}}, 1});
+    return list;
+  }
+  static ActuatorLag combined(const Shape<ActuatorLag>& shape, std::span<const double> c) {
+    return {c[0] * shape.members[0].time_constant};
+  }
+
   bool operator==(const ActuatorLag&) const = default;
 };
 

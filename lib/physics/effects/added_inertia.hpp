@@ -16,6 +16,9 @@ struct AddedInertia {
 
   double added_inertia() const { return inertia; }
 
+  static std::vector<Shape<AddedInertia>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static AddedInertia combined(const Shape<AddedInertia>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+
   bool operator==(const AddedInertia&) const = default;
 };
 

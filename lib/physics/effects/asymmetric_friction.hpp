@@ -19,6 +19,11 @@ struct AsymmetricFriction {
 
   double torque_at(const JointState& s) const { return -(s.velocity > 0.0 ? forward : backward) * s.velocity; }
 
+  static std::vector<Shape<AsymmetricFriction>> shapes(const Survey& /*s*/) { return {{{{1.0, 0.0}, {0.0, 1.0}}, 1}}; }
+  static AsymmetricFriction combined(const Shape<AsymmetricFriction>& /*shape*/, std::span<const double> c) {
+    return {c[0], c[1]};
+  }
+
   bool operator==(const AsymmetricFriction&) const = default;
 };
 

@@ -19,6 +19,15 @@ struct Backlash {
   /// Output after the input moves to u, `before` being the output so far.
   double follow(double u, double before) const { return std::clamp(before, u - width, u + width); }
 
+  static std::vector<Shape<Backlash>> shapes(const Survey& s) {
+    std::vector<Shape<Backlash>> list;
+    for (const double tried : spread(0.003 * s.input, 0.9 * s.input, 14)) list.push_back({{{tried}}, 1});
+    return list;
+  }
+  static Backlash combined(const Shape<Backlash>& shape, std::span<const double> c) {
+    return {c[0] * shape.members[0].width};
+  }
+
   bool operator==(const Backlash&) const = default;
 };
 

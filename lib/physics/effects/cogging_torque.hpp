@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <numbers>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -20,6 +23,20 @@ struct CoggingTorque {
   }
 
   double torque_at(const JointState& s) const { return amplitude * std::sin(order * s.position + phase); }
+
+  /// Neighbouring orders differ by less than a radian of phase over the range of positions.
+  static std::vector<Shape<CoggingTorque>> shapes(const Survey& s) {
+    std::vector<Shape<CoggingTorque>> list;
+    const double step = std::clamp(1.2 / std::max(s.highest - s.lowest, 1e-6), 0.1, 1.0);
+    for (int i = 0; 2.0 + i * step <= 30.0 + 1e-9; ++i) {
+      const double tried = 2.0 + i * step;
+      list.push_back({{{1.0, tried, 0.0}, {1.0, tried, std::numbers::pi / 2.0}}});
+    }
+    return list;
+  }
+  static CoggingTorque combined(const Shape<CoggingTorque>& shape, std::span<const double> c) {
+    return {std::hypot(c[0], c[1]), shape.members[0].order, std::atan2(c[1], c[0])};
+  }
 
   bool operator==(const CoggingTorque&) const = default;
 };

@@ -15,6 +15,9 @@ struct ConstantBias {
 
   double torque_at(const JointState& /*s*/) const { return torque; }
 
+  static std::vector<Shape<ConstantBias>> shapes(const Survey& /*s*/) { return {{{{1.0}}}}; }
+  static ConstantBias combined(const Shape<ConstantBias>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+
   bool operator==(const ConstantBias&) const = default;
 };
 

@@ -19,6 +19,9 @@ struct CoulombFriction {
   double sliding(const JointState& /*s*/) const { return level; }
   double holding(const JointState& /*s*/) const { return level; }
 
+  static std::vector<Shape<CoulombFriction>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static CoulombFriction combined(const Shape<CoulombFriction>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+
   bool operator==(const CoulombFriction&) const = default;
 };
 

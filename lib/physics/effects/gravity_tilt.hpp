@@ -16,6 +16,11 @@ struct GravityTilt {
 
   double tilt() const { return angle; }
 
+  static std::vector<Shape<GravityTilt>> shapes(const Survey& /*s*/) { return {{{{0.01}}}}; }
+  static GravityTilt combined(const Shape<GravityTilt>& shape, std::span<const double> c) {
+    return {c[0] * shape.members[0].angle};
+  }
+
   bool operator==(const GravityTilt&) const = default;
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -22,6 +24,26 @@ struct HardStop {
     const double depth = s.position - position;
     const bool inside = position >= 0.0 ? depth > 0.0 : depth < 0.0;
     return inside ? -stiffness * depth - damping * s.velocity : 0.0;
+  }
+
+  static std::vector<Shape<HardStop>> shapes(const Survey& s) {
+    constexpr int kPlaces = 14;
+    std::vector<Shape<HardStop>> list;
+    const auto add = [&](double from, double to) {
+      for (int i = 0; i < kPlaces && from != to; ++i) {
+        const double place = from + (to - from) * (i + 0.5) / kPlaces;
+        list.push_back({{{place, 1.0, 0.0}, {place, 0.0, 1.0}}, 1});
+      }
+    };
+    if (s.highest > 0.0) add(std::max(0.0, s.lowest), s.highest);
+    if (s.lowest < 0.0) add(std::min(0.0, s.highest), s.lowest);
+    return list;
+  }
+  static HardStop combined(const Shape<HardStop>& shape, std::span<const double> c) {
+    HardStop stop = shape.members[0];
+    stop.stiffness = c[0];
+    stop.damping = c[1];
+    return stop;
   }
 
   bool operator==(const HardStop&) const = default;

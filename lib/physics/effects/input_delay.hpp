@@ -16,6 +16,15 @@ struct InputDelay {
 
   double delay_time() const { return delay; }
 
+  static std::vector<Shape<InputDelay>> shapes(const Survey& s) {
+    std::vector<Shape<InputDelay>> list;
+    for (const double tried : spread(0.2 * s.period, 0.2, 16)) list.push_back({{{tried}}, 1});
+    return list;
+  }
+  static InputDelay combined(const Shape<InputDelay>& shape, std::span<const double> c) {
+    return {c[0] * shape.members[0].delay};
+  }
+
   bool operator==(const InputDelay&) const = default;
 };
 

@@ -18,6 +18,15 @@ struct InputSaturation {
 
   double transform(double u) const { return std::clamp(u, -limit, limit); }
 
+  static std::vector<Shape<InputSaturation>> shapes(const Survey& s) {
+    std::vector<Shape<InputSaturation>> list;
+    for (int i = 0; i < 20; ++i) list.push_back({{{s.input * (0.99 - 0.04 * i)}}, 1});
+    return s.input > 0.0 ? list : std::vector<Shape<InputSaturation>>{};
+  }
+  static InputSaturation combined(const Shape<InputSaturation>& shape, std::span<const double> /*c*/) {
+    return shape.members[0];
+  }
+
   bool operator==(const InputSaturation&) const = default;
 };
 

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/fields.hpp"
 
@@ -16,5 +18,26 @@ struct JointState {
   double motor_torque = 0.0;     // tau_in: what the input does to the joint, after the input effects
   double external_torque = 0.0;  // tau_ext: gravity and springs of the plant, along the joint
 };
+
+/// The region that recordings visit in one joint: where the parameters of an effect can be looked for.
+struct Survey {
+  double lowest = 0.0, highest = 0.0;  // position
+  double speed = 0.0;                  // largest |velocity|
+  double input = 0.0;                  // largest |u|
+  double period = 0.01;                // s between samples
+  std::vector<double> durations;       // s, of each recording
+};
+
+/// A family of effects that is linear in coefficients: sum of coefficient * member. With `sign` 1 a coefficient cannot
+/// be negative.
+template <class E>
+struct Shape {
+  std::vector<E> members;
+  int sign = 0;
+  int recording = -1;  // the only one in which it acts; -1: all
+};
+
+/// `count` values from low to high in equal ratios; empty where there is no such interval.
+std::vector<double> spread(double low, double high, int count);
 
 }  // namespace bayesctrl

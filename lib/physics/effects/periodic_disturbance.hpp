@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <numbers>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -19,6 +22,21 @@ struct PeriodicDisturbance {
   }
 
   double torque_at(const JointState& s) const { return amplitude * std::sin(frequency * s.time + phase); }
+
+  /// Neighbouring frequencies differ by less than a radian and a half of phase over the longest recording.
+  static std::vector<Shape<PeriodicDisturbance>> shapes(const Survey& s) {
+    std::vector<Shape<PeriodicDisturbance>> list;
+    const double longest = *std::max_element(s.durations.begin(), s.durations.end());
+    const double step = 1.6 / longest, last = std::min(0.9 * std::numbers::pi / s.period, kHighest);
+    for (double tried = 2.0 * step; tried < last; tried += step) {
+      list.push_back({{{1.0, tried, 0.0}, {1.0, tried, std::numbers::pi / 2.0}}});
+    }
+    return list;
+  }
+  static PeriodicDisturbance combined(const Shape<PeriodicDisturbance>& shape, std::span<const double> c) {
+    return {std::hypot(c[0], c[1]), shape.members[0].frequency, std::atan2(c[1], c[0])};
+  }
+  static constexpr double kHighest = 60.0;  // rad/s, of the shapes; above, a search starts from the residual's lines
 
   bool operator==(const PeriodicDisturbance&) const = default;
 };

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <numbers>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -17,6 +19,14 @@ struct PositionDependentFriction {
   }
 
   double torque_at(const JointState& s) const { return -amplitude * std::cos(s.position - centre) * s.velocity; }
+
+  static std::vector<Shape<PositionDependentFriction>> shapes(const Survey& /*s*/) {
+    return {{{{1.0, 0.0}, {1.0, std::numbers::pi / 2.0}}}};
+  }
+  static PositionDependentFriction combined(const Shape<PositionDependentFriction>& /*shape*/,
+                                            std::span<const double> c) {
+    return {std::hypot(c[0], c[1]), std::atan2(c[1], c[0])};
+  }
 
   bool operator==(const PositionDependentFriction&) const = default;
 };

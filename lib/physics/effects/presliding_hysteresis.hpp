@@ -21,6 +21,16 @@ struct PreslidingHysteresis {
   double settling_rate(double velocity) const { return std::abs(velocity) * stiffness / level; }
   double rate(double velocity, double z) const { return velocity - std::abs(velocity) * z * stiffness / level; }
 
+  static std::vector<Shape<PreslidingHysteresis>> shapes(const Survey& s) {
+    std::vector<Shape<PreslidingHysteresis>> list;
+    const double range = s.highest - s.lowest;
+    for (const double yield : spread(3e-4 * range, range, 12)) list.push_back({{{1.0 / yield, 1.0}}, 1});
+    return list;
+  }
+  static PreslidingHysteresis combined(const Shape<PreslidingHysteresis>& shape, std::span<const double> c) {
+    return {c[0] * shape.members[0].stiffness, c[0]};
+  }
+
   bool operator==(const PreslidingHysteresis&) const = default;
 };
 

@@ -16,6 +16,9 @@ struct QuadraticDrag {
 
   double torque_at(const JointState& s) const { return -coefficient * s.velocity * std::abs(s.velocity); }
 
+  static std::vector<Shape<QuadraticDrag>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static QuadraticDrag combined(const Shape<QuadraticDrag>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+
   bool operator==(const QuadraticDrag&) const = default;
 };
 

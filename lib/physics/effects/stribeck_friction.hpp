@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -21,12 +23,26 @@ struct StribeckFriction {
 
   std::string problem() const { return static_level >= coulomb ? "" : "static must be at least coulomb"; }
 
+  /// Moves parameters that a search has left where they contradict each other.
+  void admit() { static_level = std::max(static_level, coulomb); }
+
   /// Magnitude while sliding, and the largest torque that it resists at rest.
   double sliding(const JointState& s) const {
     const double ratio = s.velocity / velocity;
     return coulomb + (static_level - coulomb) * std::exp(-ratio * ratio);
   }
   double holding(const JointState& /*s*/) const { return static_level; }
+
+  static std::vector<Shape<StribeckFriction>> shapes(const Survey& s) {
+    std::vector<Shape<StribeckFriction>> list;
+    for (const double knee : spread(0.01, std::min(1.0, s.speed), 10)) {
+      list.push_back({{{1.0, 1.0, knee}, {0.0, 1.0, knee}}, 1});
+    }
+    return list;
+  }
+  static StribeckFriction combined(const Shape<StribeckFriction>& shape, std::span<const double> c) {
+    return {c[0], c[0] + c[1], shape.members[0].velocity};
+  }
 
   bool operator==(const StribeckFriction&) const = default;
 };

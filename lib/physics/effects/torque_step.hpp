@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -18,6 +20,18 @@ struct TorqueStep {
 
   double torque_at(const JointState& s) const { return s.time >= time ? torque : 0.0; }
   double switch_time() const { return time; }
+
+  static std::vector<Shape<TorqueStep>> shapes(const Survey& s) {
+    std::vector<Shape<TorqueStep>> list;
+    for (std::size_t r = 0; r < s.durations.size(); ++r) {
+      const double length = s.durations[r], step = std::max(0.1, length / 200.0);
+      for (double at = 0.05 * length; at <= 0.95 * length; at += step) list.push_back({{{1.0, at}}, 0, int(r)});
+    }
+    return list;
+  }
+  static TorqueStep combined(const Shape<TorqueStep>& shape, std::span<const double> c) {
+    return {c[0], shape.members[0].time};
+  }
 
   bool operator==(const TorqueStep&) const = default;
 };

@@ -16,6 +16,9 @@ struct ViscousFriction {
 
   double torque_at(const JointState& s) const { return -coefficient * s.velocity; }
 
+  static std::vector<Shape<ViscousFriction>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static ViscousFriction combined(const Shape<ViscousFriction>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+
   bool operator==(const ViscousFriction&) const = default;
 };
 

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "diagnose/smoother.hpp"
+#include "physics/effect.hpp"
+
+namespace bayesctrl {
+
+/// What effects do along a known motion: the acceleration that each adds between neighbouring samples. Everything that
+/// does not depend on the effect is computed once.
+class Excitation {
+ public:
+  Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths);
+
+  /// Mean acceleration from sample k to k + 1 in row k, joints in columns; zero where the effect does not act. Sensor
+  /// effects accelerate nothing.
+  Eigen::MatrixXd acceleration(const Effect& effect, std::size_t recording) const;
+
+  /// What a sensor effect adds to the measured positions; zero for all others.
+  Eigen::MatrixXd measured(const Effect& effect, std::size_t recording) const;
+
+  /// Acceleration along the motion of one plant less that of the nominal: the effect of its parameters.
+  Eigen::MatrixXd acceleration(const Plant& other, std::size_t recording) const;
+
+  /// Any torque in one joint as a function of its state, in the midst of each step.
+  Eigen::MatrixXd acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const;
+
+  const std::vector<Measured>& data() const { return data_; }
+  const std::vector<Trajectory>& paths() const { return paths_; }
+  const Plant& plant() const { return plant_; }
+
+ private:
+  struct Point {
+    double time;
+    JointVector q, v, sd_v, qdd, u, motor, external;
+    JointMatrix mobility;
+  };
+  const Plant& plant_;
+  const std::vector<Measured>& data_;
+  const std::vector<Trajectory>& paths_;
+  int joints_;
+  std::vector<std::vector<Point>> points_;  // per recording, kPoints per step
+};
+
+/// The region that the motion visits in one joint.
+Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint);
+
+}  // namespace bayesctrl

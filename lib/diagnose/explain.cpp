@@ -1,0 +1,240 @@
+#include "diagnose/explain.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <map>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kFloor = 1e-5;        // of the positions' response to the nominal: below it, numerics
+constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted
+constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
+constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
+constexpr int kRounds = 3;             // of linearisation
+
+std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
+                                         const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
+                                         const ExplainOptions& options) {
+  auto result = std::make_shared<Linearisation>();
+  result->paths = std::move(paths);
+  result->response = std::make_unique<LinearResponse>(plant, data, result->paths, noise, windows(data, options.window));
+  result->excitation = std::make_unique<Excitation>(plant, data, result->paths);
+  result->dictionary = make_dictionary(*result->response, *result->excitation, options.allowed);
+  return result;
+}
+
+/// Removes from the columns and the target what the free parameters can do.
+struct Cleared {
+  Eigen::MatrixXd columns;
+  Eigen::VectorXd target;
+};
+
+Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                     const std::vector<std::string>& free) {
+  Cleared result{about.dictionary.columns, about.response->target()};
+  if (free.empty()) return result;
+  Eigen::MatrixXd basis(about.response->rows(), static_cast<Eigen::Index>(free.size()));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
+    Plant higher = plant, lower = plant;
+    set_parameter(higher, free[i], value + step);
+    set_parameter(lower, free[i], std::max(value - step, 0.0) == 0.0 && value >= 0.0 ? value : value - step);
+    std::vector<Eigen::MatrixXd> acceleration;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      acceleration.push_back((about.excitation->acceleration(higher, r) - about.excitation->acceleration(lower, r))
+                                 .transpose()
+                                 .reshaped() /
+                             step);
+    }
+    basis.col(static_cast<Eigen::Index>(i)) = about.response->responses(acceleration);
+    basis.col(static_cast<Eigen::Index>(i)).normalize();
+  }
+  const Eigen::MatrixXd q =
+      basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
+  result.columns -= (q * (q.transpose() * result.columns)).eval();
+  result.target -= (q * (q.transpose() * result.target)).eval();
+  return result;
+}
+
+/// Fits by the set that they are of; the best of several attempts is kept.
+class Fits {
+ public:
+  Fits(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options)
+      : nominal_(nominal), data_(data), options_(options) {}
+
+  void about(std::shared_ptr<Linearisation> linearisation) {
+    about_ = std::move(linearisation);
+    tried_.clear();
+    for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
+    fits_.clear();
+  }
+
+  const Fit* add(std::vector<Effect> effects) {
+    const std::string name = key(effects);
+    if (tried_.contains(name)) return find(name);
+    tried_[name] = true;
+    // What was found about another motion is the better start.
+    if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
+    try {
+      const FitProblem problem{nominal_,          options_.free,       data_,
+                               *about_->response, *about_->excitation, options_.penalty};
+      fits_.insert_or_assign(name, fit(problem, std::move(effects)));
+    } catch (const NumericalError&) {
+      return nullptr;
+    }
+    return find(name);
+  }
+
+  /// All subsets of the best candidates.
+  void add_subsets() {
+    for (bool grew = true; grew;) {
+      grew = false;
+      const std::vector<const Fit*> best = ranked();
+      for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
+        const std::vector<Effect> effects = best[i]->effects;
+        for (std::size_t drop = 0; drop < effects.size(); ++drop) {
+          std::vector<Effect> fewer = effects;
+          fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
+          if (!tried_.contains(key(fewer))) {
+            add(fewer);
+            grew = true;
+          }
+        }
+      }
+    }
+  }
+
+  std::vector<const Fit*> ranked() const {
+    std::vector<const Fit*> list;
+    for (const auto& [name, fit] : fits_) list.push_back(&fit);
+    std::sort(list.begin(), list.end(), [](const Fit* a, const Fit* b) { return a->log_evidence > b->log_evidence; });
+    return list;
+  }
+
+ private:
+  const Fit* find(const std::string& name) const {
+    const auto at = fits_.find(name);
+    return at == fits_.end() ? nullptr : &at->second;
+  }
+
+  const Plant& nominal_;
+  const std::vector<Measured>& data_;
+  const ExplainOptions& options_;
+  std::shared_ptr<Linearisation> about_;
+  std::map<std::string, Fit> fits_, stale_;
+  std::map<std::string, bool> tried_;
+};
+
+double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {
+  double samples = 0.0;
+  for (const Segment& window : windows) samples += static_cast<double>(window.samples()) * joints;
+  return std::max(1.0, samples - static_cast<double>(response.rows()) - 2.0 * joints * double(windows.size()));
+}
+
+}  // namespace
+
+std::string label(const Effect& effect, int joints) {
+  std::string text(name_of(effect.form));
+  return joints == 1 ? text : text + "@" + std::to_string(effect.joint + 1);
+}
+
+std::string key(const std::vector<Effect>& effects) {
+  std::vector<std::string> names;
+  for (const Effect& effect : effects) {
+    names.push_back(label(effect, 2) + (effect.recording >= 0 ? "#" + std::to_string(effect.recording) : ""));
+  }
+  std::sort(names.begin(), names.end());
+  std::string text;
+  for (const std::string& name : names) text += name + " ";
+  return text;
+}
+
+const Candidate& Explanation::without_effects() const {
+  return *std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.fit.effects.empty(); });
+}
+
+double Explanation::p_value(const Fit& fit) const {
+  const double used = static_cast<double>(fit.unknowns.size());
+  const double degrees = std::max(1.0, rows - used);
+  const boost::math::fisher_f distribution(degrees, fast_rows);
+  return boost::math::cdf(boost::math::complement(distribution, std::min(fit.squares / degrees, 1e12)));
+}
+
+double Explanation::excess(const Fit& fit) const {
+  const double degrees = std::max(1.0, rows - static_cast<double>(fit.unknowns.size()));
+  return std::sqrt(std::max(0.0, fit.squares / degrees - 1.0));
+}
+
+Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options) {
+  Explanation result;
+  result.noise = noise_level(data);
+  // Recordings without noise: what the machine's arithmetic leaves stands in for it.
+  for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
+    double squares = 0.0, count = 0.0;
+    for (const Measured& m : data) {
+      const Eigen::ArrayXd q = m.position.col(j).array() - m.position.col(j).mean();
+      squares += q.square().sum();
+      count += static_cast<double>(q.size());
+    }
+    result.noise[j] = std::max(result.noise[j], kFloor * std::sqrt(squares / count) + 1e-12);
+  }
+  const std::vector<TorquePrior> prior = likely_torque_prior(nominal, data, result.noise);
+  std::vector<Trajectory> paths;
+  for (const Measured& m : data) paths.push_back(smooth(nominal, m, result.noise, prior));
+  const std::vector<Segment> parts = windows(data, options.window);
+  {  // the noise once more, from all modes that are too fast for mechanics
+    const LinearResponse first(nominal, data, paths, result.noise, parts);
+    const Eigen::VectorXd ratio = first.noise_ratio();
+    result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
+    for (Eigen::Index j = 0; j < ratio.size(); ++j) {
+      if (result.fast_rows > 200.0 && ratio[j] > 0.5 && ratio[j] < 1.5) result.noise[j] *= ratio[j];
+    }
+  }
+
+  Fits fits(nominal, data, options);
+  for (int round = 0; round < kRounds; ++round) {
+    std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
+    result.rows = static_cast<double>(about->response->rows());
+    fits.about(about);
+    if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
+    const Cleared cleared = without_free(*about, nominal, data, options.free);
+    const std::vector<Finding> findings =
+        screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
+    std::array<int, 4> of_size{};
+    int total = 0;
+    for (const Finding& finding : findings) {
+      const std::size_t size = finding.suspects.size();
+      const bool wanted = total < options.refined || of_size[size] < (size == 1 ? 3 : 2);
+      if (!wanted || finding.log_evidence == -kInfinity || size == 0) continue;
+      if (total >= 3 && finding.log_evidence < findings.front().log_evidence - kHopeless && of_size[size] >= 1)
+        continue;
+      ++of_size[size];
+      ++total;
+      fits.add(finding.effects(about->dictionary));
+    }
+    fits.add_subsets();
+
+    const std::vector<const Fit*> ranked = fits.ranked();
+    result.candidates.clear();
+    double sum = 0.0;
+    for (const Fit* fit : ranked) {
+      const double weight = std::exp(fit->log_evidence - ranked.front()->log_evidence);
+      result.candidates.push_back({*fit, weight});
+      sum += weight;
+    }
+    for (Candidate& candidate : result.candidates) candidate.probability /= sum;
+    result.linearisation = about;
+    if (result.p_value(result.best().fit) > kRelinearise || round + 1 == kRounds) break;
+    const FitProblem problem{nominal, options.free, data, *about->response, *about->excitation, options.penalty};
+    paths = simulated(problem, result.best().fit, about->paths);
+  }
+  return result;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+
+#include "diagnose/fit.hpp"
+#include "diagnose/screen.hpp"
+
+namespace bayesctrl {
+
+/// Everything that is linearised about one motion.
+struct Linearisation {
+  std::vector<Trajectory> paths;
+  std::unique_ptr<LinearResponse> response;
+  std::unique_ptr<Excitation> excitation;
+  Dictionary dictionary;
+};
+
+/// One explanation among others.
+struct Candidate {
+  Fit fit;
+  double probability = 0.0;
+};
+
+/// What the recordings say about sets of effects.
+struct Explanation {
+  std::vector<Candidate> candidates;             // most probable first; the empty set is among them
+  std::shared_ptr<Linearisation> linearisation;  // about the most probable
+  Eigen::VectorXd noise;                         // standard deviation per joint
+  double rows = 0.0;                             // of the residuals
+  double fast_rows = 0.0;                        // from which the noise is known
+
+  const Candidate& best() const { return candidates.front(); }
+  const Candidate& without_effects() const;
+
+  /// Probability that a model as good as this one leaves so much: squares of its residual against the noise (F test).
+  double p_value(const Fit& fit) const;
+
+  /// Root of the squares beyond the noise, in units of it.
+  double excess(const Fit& fit) const;
+};
+
+struct ExplainOptions {
+  std::vector<std::size_t> allowed;  // indices of EffectForm
+  std::vector<std::string> free;     // nominal parameters
+  double window = 2.0;               // s
+  double penalty = 3.0;              // nats per effect
+  int refined = 8;                   // findings of the screen that are fitted, at least
+};
+
+/// Stages 1 to 5: noise, motion, screen of all sets of up to three effects, fits of the most promising and of all their
+/// subsets. Throws NumericalError where the nominal cannot be simulated.
+Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
+
+/// "coulomb_friction", in a machine of several joints "coulomb_friction@2".
+std::string label(const Effect& effect, int joints);
+
+/// Names of a set, sorted: what tells sets apart.
+std::string key(const std::vector<Effect>& effects);
+
+}  // namespace bayesctrl

@@ -1,0 +1,114 @@
+#include "diagnose/measured.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kGap = 8.0;  // sample periods
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Divided difference of sixth order over seven samples from k on, scaled so that white noise keeps its standard
+/// deviation. It vanishes for polynomials of fifth degree whatever the time stamps are.
+double sixth_difference(const std::vector<double>& t, const Eigen::VectorXd& q, std::size_t k) {
+  double sum = 0.0, squares = 0.0;
+  const double unit = (t[k + 6] - t[k]) / 6.0;
+  for (std::size_t i = 0; i < 7; ++i) {
+    double weight = 1.0;
+    for (std::size_t j = 0; j < 7; ++j) {
+      if (j != i) weight *= unit / (t[k + i] - t[k + j]);
+    }
+    sum += weight * q[static_cast<Eigen::Index>(k + i)];
+    squares += weight * weight;
+  }
+  return sum / std::sqrt(squares);
+}
+
+}  // namespace
+
+double sample_period(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
+  return median(std::move(steps));
+}
+
+std::vector<Segment> stretches(const Measured& measured, std::size_t recording) {
+  std::vector<Segment> list;
+  const std::vector<double>& t = measured.time;
+  if (t.empty()) return list;
+  const double gap = kGap * sample_period(t);
+  std::size_t first = 0;
+  for (std::size_t k = 1; k <= t.size(); ++k) {
+    if (k < t.size() && t[k] - t[k - 1] <= gap) continue;
+    list.push_back({recording, first, k - 1});
+    first = k;
+  }
+  return list;
+}
+
+std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least) {
+  std::vector<Segment> list;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const std::vector<double>& t = data[r].time;
+    for (const Segment& stretch : stretches(data[r], r)) {
+      std::size_t first = stretch.first;
+      while (first < stretch.last) {
+        std::size_t last = first;
+        const double end = t[first] + length * (1.0 + 1e-9) - 0.5 * sample_period(t);
+        while (last + 1 <= stretch.last && t[last + 1] <= end) ++last;
+        const bool whole = last < stretch.last || t[last] - t[first] > 0.5 * length;
+        if (whole && last - first + 1 >= least) list.push_back({r, first, last});
+        first = last + 1;
+      }
+    }
+  }
+  return list;
+}
+
+double quantum(const Eigen::VectorXd& values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double range = sorted.empty() ? 0.0 : sorted.back() - sorted.front();
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    if (sorted[k] - sorted[k - 1] > 1e-9 * range) steps.push_back(sorted[k] - sorted[k - 1]);
+  }
+  // Quantised values repeat: few different ones, and the steps between them are multiples of the smallest.
+  if (steps.size() < 3 || 2 * steps.size() > sorted.size()) return 0.0;
+  const double smallest = *std::min_element(steps.begin(), steps.end());
+  for (const double step : steps) {
+    const double multiple = step / smallest;
+    if (std::abs(multiple - std::round(multiple)) > 0.05 * multiple) return 0.0;
+  }
+  return smallest;
+}
+
+Eigen::VectorXd noise_level(const std::vector<Measured>& data) {
+  const Eigen::Index joints = data.front().position.cols();
+  Eigen::VectorXd level(joints);
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    std::vector<double> differences;
+    double coarsest = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Eigen::VectorXd q = data[r].position.col(j);
+      coarsest = std::max(coarsest, quantum(q));
+      for (const Segment& stretch : stretches(data[r], r)) {
+        for (std::size_t k = stretch.first; k + 6 <= stretch.last; ++k) {
+          differences.push_back(std::abs(sixth_difference(data[r].time, q, k)));
+        }
+      }
+    }
+    level[j] = std::max(1.4826 * median(std::move(differences)), coarsest / std::sqrt(12.0));
+  }
+  return level;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace bayesctrl {
+
+/// One recording of a real machine. Rows are samples, columns joints.
+struct Measured {
+  std::string name;          // the file, for messages
+  std::vector<double> time;  // s since its start, increasing
+  Eigen::MatrixXd position;  // as the sensor shows it
+  Eigen::MatrixXd input;
+  bool linear_hold = false;  // the input runs straight from sample to sample instead of being held
+
+  std::size_t samples() const { return time.size(); }
+};
+
+/// Samples [first, last] without a gap.
+struct Segment {
+  std::size_t recording = 0;
+  std::size_t first = 0, last = 0;
+
+  std::size_t samples() const { return last - first + 1; }
+};
+
+/// Median time between samples, s.
+double sample_period(const std::vector<double>& time);
+
+/// Runs of samples without a gap longer than eight sample periods.
+std::vector<Segment> stretches(const Measured& measured, std::size_t recording);
+
+/// Windows of `length` seconds laid back to back from the first sample of each stretch; a last one of less than half
+/// the length is dropped, as is one of fewer than `least` samples.
+std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least = 8);
+
+/// Standard deviation of the sensor's noise in each joint, 1.4826 times the median of sixth
+/// (divided) differences of unit weight of neighbouring samples, not below a quantum / sqrt(12). Valid at 15 or more
+/// samples per fastest period.
+Eigen::VectorXd noise_level(const std::vector<Measured>& data);
+
+/// Smallest step between different values, where most values repeat; 0 for values that are not quantised.
+double quantum(const Eigen::VectorXd& values);
+
+}  // namespace bayesctrl

@@ -1,0 +1,310 @@
+#include "diagnose/screen.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kPriorShare = 0.2;   // of the nominal torque
+constexpr int kMostColumns = 9;       // of one set
+constexpr double kSensorPrior = 0.2;  // rad of an offset, and part of a scale
+constexpr Eigen::Index kBatch = 64;
+
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostColumns, kMostColumns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostColumns, 1>;
+
+struct Value {
+  double log_evidence = -kInfinity;
+  SmallVector coefficients;
+  double explained = 0.0;
+};
+
+/// Evidence of sets from inner products alone.
+class Search {
+ public:
+  Search(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+         const ScreenOptions& options)
+      : dictionary_(dictionary), options_(options), g_(columns.transpose() * target) {
+    gram_ = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+    gram_.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+    gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
+  }
+
+  Value value(std::span<const Atom* const> atoms) const {
+    std::array<int, kMostColumns> index{};
+    std::array<bool, kMostColumns> bounded{}, active{};
+    int count = 0;
+    for (const Atom* atom : atoms) {
+      for (const int column : atom->columns) {
+        bounded[static_cast<std::size_t>(count)] = atom->sign > 0;
+        active[static_cast<std::size_t>(count)] = true;
+        index[static_cast<std::size_t>(count++)] = column;
+      }
+    }
+    Value result;
+    result.coefficients = SmallVector::Zero(count);
+    for (int round = 0; round <= count; ++round) {
+      std::array<int, kMostColumns> used{};
+      int size = 0;
+      for (int i = 0; i < count; ++i) {
+        if (active[static_cast<std::size_t>(i)]) used[static_cast<std::size_t>(size++)] = i;
+      }
+      if (size == 0) return {};
+      Small system(size, size);
+      SmallVector rhs(size);
+      for (int a = 0; a < size; ++a) {
+        const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
+        rhs[a] = g_[ia];
+        for (int b = 0; b <= a; ++b) {
+          system(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
+        }
+        system(a, a) += 1.0;
+      }
+      Small factor = system;
+      double log_det = 0.0;
+      for (int a = 0; a < size; ++a) {  // Cholesky
+        for (int b = 0; b <= a; ++b) {
+          double sum = factor(a, b);
+          for (int c = 0; c < b; ++c) sum -= factor(a, c) * factor(b, c);
+          factor(a, b) = a == b ? std::sqrt(std::max(sum, 1e-12)) : sum / factor(b, b);
+        }
+        log_det += 2.0 * std::log(factor(a, a));
+      }
+      SmallVector x = rhs;
+      for (int a = 0; a < size; ++a) {
+        for (int c = 0; c < a; ++c) x[a] -= factor(a, c) * x[c];
+        x[a] /= factor(a, a);
+      }
+      const double gain = x.squaredNorm();
+      for (int a = size; a-- > 0;) {
+        for (int c = a + 1; c < size; ++c) x[a] -= factor(c, a) * x[c];
+        x[a] /= factor(a, a);
+      }
+      int worst = -1;
+      for (int a = 0; a < size; ++a) {
+        const auto slot = static_cast<std::size_t>(used[static_cast<std::size_t>(a)]);
+        if (bounded[slot] && x[a] < 0.0 && (worst < 0 || x[a] < x[worst])) worst = a;
+      }
+      if (worst >= 0) {
+        active[static_cast<std::size_t>(used[static_cast<std::size_t>(worst)])] = false;
+        continue;
+      }
+      result.coefficients.setZero();
+      for (int a = 0; a < size; ++a) result.coefficients[used[static_cast<std::size_t>(a)]] = x[a];
+      result.explained = gain;
+      result.log_evidence = 0.5 * (gain - log_det) - options_.penalty * static_cast<double>(atoms.size());
+      break;
+    }
+    // An effect that has lost all of its columns explains nothing.
+    int at = 0;
+    for (const Atom* atom : atoms) {
+      bool alive = false;
+      for (std::size_t i = 0; i < atom->columns.size(); ++i) alive |= active[static_cast<std::size_t>(at++)];
+      if (!alive) return {};
+    }
+    return result;
+  }
+
+  /// Best shapes of a set by coordinate ascent from `atoms`.
+  Finding climb(std::vector<int> suspects, std::vector<int> atoms) const {
+    std::array<const Atom*, 3> chosen{};
+    const std::size_t count = suspects.size();
+    const auto suspect = [&](std::size_t i) -> const Suspect& {
+      return dictionary_.suspects[static_cast<std::size_t>(suspects[i])];
+    };
+    for (std::size_t i = 0; i < count; ++i) chosen[i] = &suspect(i).atoms[static_cast<std::size_t>(atoms[i])];
+    const std::span<const Atom* const> set(chosen.data(), count);
+    Value best = value(set);
+    for (int sweep = 0; sweep < 3; ++sweep) {
+      bool moved = false;
+      for (std::size_t i = count; i-- > 0;) {
+        const std::vector<Atom>& list = suspect(i).atoms;
+        if (list.size() == 1) continue;
+        for (std::size_t a = 0; a < list.size(); ++a) {
+          if (static_cast<int>(a) == atoms[i]) continue;
+          chosen[i] = &list[a];
+          const Value tried = value(set);
+          if (tried.log_evidence > best.log_evidence) {
+            best = tried;
+            atoms[i] = static_cast<int>(a);
+            moved = true;
+          }
+          chosen[i] = &list[static_cast<std::size_t>(atoms[i])];
+        }
+      }
+      if (!moved) break;
+    }
+    for (std::size_t i = 0; i < count; ++i) {  // as many shapes as an effect has, so much the less likely is each
+      best.log_evidence -= std::log(static_cast<double>(suspect(i).atoms.size()));
+    }
+    return {std::move(suspects), std::move(atoms), best.log_evidence, best.coefficients, best.explained};
+  }
+
+ private:
+  const Dictionary& dictionary_;
+  const ScreenOptions& options_;
+  Eigen::VectorXd g_;
+  Eigen::MatrixXd gram_;
+};
+
+}  // namespace
+
+std::string_view Suspect::name() const {
+  std::string_view found;
+  std::size_t index = 0;
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E) {
+    if (index++ == kind) found = E::kName;
+  });
+  return found;
+}
+
+std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
+  std::vector<Effect> list;
+  Eigen::Index at = 0;
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    const Atom& atom =
+        dictionary.suspects[static_cast<std::size_t>(suspects[i])].atoms[static_cast<std::size_t>(atoms[i])];
+    std::vector<double> c;
+    for (const int column : atom.columns) c.push_back(coefficients[at++] * dictionary.scale[column]);
+    list.push_back(atom.effect(c));
+  }
+  return list;
+}
+
+Dictionary make_dictionary(const LinearResponse& response, const Excitation& excitation,
+                           const std::vector<std::size_t>& allowed) {
+  const std::vector<Measured>& data = excitation.data();
+  const int n = joints(excitation.plant());
+  Dictionary dictionary;
+  std::vector<Effect> members;
+  for (int joint = 0; joint < n; ++joint) {
+    const Survey region = survey(data, excitation.paths(), joint);
+    std::size_t kind = 0;
+    for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E) {
+      const std::size_t index = kind++;
+      if (std::find(allowed.begin(), allowed.end(), index) == allowed.end()) return;
+      Suspect suspect{index, joint, {}};
+      for (const Shape<E>& shape : E::shapes(region)) {
+        Atom atom;
+        atom.sign = shape.sign;
+        for (const E& member : shape.members) {
+          atom.columns.push_back(static_cast<int>(members.size()));
+          members.push_back({member, joint, shape.recording});
+        }
+        atom.effect = [shape, joint](std::span<const double> c) {
+          return Effect{E::combined(shape, c), joint, shape.recording};
+        };
+        suspect.atoms.push_back(std::move(atom));
+      }
+      if (!suspect.atoms.empty()) dictionary.suspects.push_back(std::move(suspect));
+    });
+  }
+
+  const auto count = static_cast<Eigen::Index>(members.size());
+  dictionary.columns.resize(response.rows(), count);
+  dictionary.scale.resize(count);
+  // RMS of the nominal's torques as accelerations, the measure of all priors.
+  const Eigen::VectorXd torque = torque_scale(excitation.plant(), data);
+  double nominal = 0.0, total = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    for (int j = 0; j < n; ++j) {
+      nominal +=
+          excitation.acceleration(Eigen::VectorXd::Constant(data[r].position.rows(), torque[j]), j, r).squaredNorm();
+    }
+    total += static_cast<double>(data[r].samples());
+  }
+  nominal = std::sqrt(nominal / total);
+  for (Eigen::Index from = 0; from < count; from += kBatch) {
+    const Eigen::Index size = std::min(kBatch, count - from);
+    std::vector<Eigen::MatrixXd> accelerations, positions;
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(size);
+    bool any_sensor = false;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      Eigen::MatrixXd& a = accelerations.emplace_back(data[r].position.size(), size);
+      Eigen::MatrixXd& p = positions.emplace_back(data[r].position.size(), size);
+      for (Eigen::Index i = 0; i < size; ++i) {
+        const Effect& member = members[static_cast<std::size_t>(from + i)];
+        if (channel(member.form) == "sensor") {
+          any_sensor = true;
+          p.col(i) = excitation.measured(member, r).transpose().reshaped();
+          a.col(i).setZero();
+        } else {
+          a.col(i) = excitation.acceleration(member, r).transpose().reshaped();
+          p.col(i).setZero();
+          squares[i] += a.col(i).squaredNorm();
+        }
+      }
+    }
+    dictionary.columns.middleCols(from, size) = response.responses(accelerations);
+    if (any_sensor) dictionary.columns.middleCols(from, size) += response.measured(positions);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const bool sensor = channel(members[static_cast<std::size_t>(from + i)].form) == "sensor";
+      const double rms = std::sqrt(squares[i] / total);
+      dictionary.scale[from + i] = sensor ? kSensorPrior : rms > 1e-9 * nominal ? kPriorShare * nominal / rms : 0.0;
+      dictionary.columns.col(from + i) *= dictionary.scale[from + i];
+    }
+  }
+  // Shapes of which nothing can be seen in these recordings are no suspects.
+  const double visible = 1e-8 * std::max(1.0, dictionary.columns.colwise().norm().maxCoeff());
+  for (Suspect& suspect : dictionary.suspects) {
+    std::erase_if(suspect.atoms, [&](const Atom& atom) {
+      return std::all_of(atom.columns.begin(), atom.columns.end(),
+                         [&](int column) { return dictionary.columns.col(column).norm() < visible; });
+    });
+  }
+  std::erase_if(dictionary.suspects, [](const Suspect& suspect) { return suspect.atoms.empty(); });
+  return dictionary;
+}
+
+std::vector<Finding> screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+                            const ScreenOptions& options) {
+  const Search search(dictionary, columns, target, options);
+  const int count = static_cast<int>(dictionary.suspects.size());
+  const auto better = [](const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; };
+  std::vector<Finding> singles, pairs, triples, all{Finding{}};
+  for (int i = 0; i < count; ++i) singles.push_back(search.climb({i}, {0}));
+  if (options.largest >= 2) {
+    for (int i = 0; i < count; ++i) {
+      for (int j = i + 1; j < count; ++j) {
+        pairs.push_back(search.climb(
+            {i, j}, {singles[static_cast<std::size_t>(i)].atoms[0], singles[static_cast<std::size_t>(j)].atoms[0]}));
+      }
+    }
+    std::sort(pairs.begin(), pairs.end(), better);
+  }
+  if (options.largest >= 3) {
+    std::map<std::vector<int>, bool> seen;
+    for (int p = 0; p < std::min<int>(options.beam, static_cast<int>(pairs.size())); ++p) {
+      const Finding& pair = pairs[static_cast<std::size_t>(p)];
+      if (pair.log_evidence == -kInfinity) break;
+      for (int i = 0; i < count; ++i) {
+        if (i == pair.suspects[0] || i == pair.suspects[1]) continue;
+        std::vector<int> set{pair.suspects[0], pair.suspects[1], i};
+        std::vector<int> key = set;
+        std::sort(key.begin(), key.end());
+        if (seen[key]) continue;
+        seen[key] = true;
+        triples.push_back(
+            search.climb(set, {pair.atoms[0], pair.atoms[1], singles[static_cast<std::size_t>(i)].atoms[0]}));
+      }
+    }
+  }
+  for (auto* list : {&singles, &pairs, &triples}) {
+    for (Finding& finding : *list) {
+      if (finding.log_evidence > -kInfinity) all.push_back(std::move(finding));
+    }
+  }
+  std::sort(all.begin(), all.end(), better);
+  if (static_cast<int>(all.size()) > options.keep) {
+    const auto empty = std::find_if(all.begin(), all.end(), [](const Finding& f) { return f.suspects.empty(); });
+    if (empty - all.begin() >= options.keep) std::iter_swap(empty, all.begin() + options.keep - 1);
+    all.resize(static_cast<std::size_t>(options.keep));
+  }
+  return all;
+}
+
+}  // namespace bayesctrl

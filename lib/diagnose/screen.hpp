@@ -1,0 +1,63 @@
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include "diagnose/excitation.hpp"
+#include "diagnose/linear_response.hpp"
+
+namespace bayesctrl {
+
+/// One shape of an effect that enters the response linearly: its columns in a dictionary.
+struct Atom {
+  std::vector<int> columns;
+  int sign = 0;                                           // 1: coefficients cannot be negative
+  std::function<Effect(std::span<const double>)> effect;  // from coefficients
+};
+
+/// One effect of the catalogue in one joint, and the shapes that it may have.
+struct Suspect {
+  std::size_t kind = 0;  // index in EffectForm
+  int joint = 0;
+  std::vector<Atom> atoms;
+
+  std::string_view name() const;
+};
+
+/// All that the catalogue can do along a motion. Columns are scaled by the standard deviation of their coefficient's
+/// prior: a torque of RMS 20 % of the nominal one.
+struct Dictionary {
+  std::vector<Suspect> suspects;
+  Eigen::MatrixXd columns;  // rows of the response x columns
+  Eigen::VectorXd scale;    // prior standard deviation of each coefficient
+};
+
+/// `allowed`: indices of EffectForm.
+Dictionary make_dictionary(const LinearResponse& response, const Excitation& excitation,
+                           const std::vector<std::size_t>& allowed);
+
+/// A set of suspects with the shapes that explain the target best.
+struct Finding {
+  std::vector<int> suspects;  // increasing
+  std::vector<int> atoms;     // of each
+  double log_evidence = 0.0;  // less that of the empty set, penalty included
+  Eigen::VectorXd coefficients;
+  double explained = 0.0;  // squares of the target that it explains
+
+  std::vector<Effect> effects(const Dictionary& dictionary) const;
+};
+
+struct ScreenOptions {
+  int largest = 3;       // effects in a set
+  double penalty = 3.0;  // nats per effect
+  int keep = 200;        // best findings returned
+  int beam = 40;         // pairs that are extended to triples
+};
+
+/// Evidence of every set of up to `largest` effects for target = columns * coefficients + white noise of variance 1,
+/// coefficients standard normal; `target` and `columns` are those of the dictionary, possibly whitened. Best first; the
+/// empty set is among them.
+std::vector<Finding> screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+                            const ScreenOptions& options = {});
+
+}  // namespace bayesctrl
