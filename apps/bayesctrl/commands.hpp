@@ -20,6 +20,7 @@ void declare_table(CLI::App& app, ExitCode& exit);
 void declare_check(CLI::App& app, ExitCode& exit);
 void declare_simulate(CLI::App& app, ExitCode& exit);
 void declare_calibrate(CLI::App& app, ExitCode& exit);
+void declare_diagnose(CLI::App& app, ExitCode& exit);
 
 /// Options that several subcommands share.
 void add_set_option(CLI::App& command, std::vector<std::string>& assignments);

@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
     declare_check(app, exit);
     declare_simulate(app, exit);
     declare_calibrate(app, exit);
+    declare_diagnose(app, exit);
     app.parse(argc, argv);
     std::cout.flush();
     if (!std::cout) throw IoError("cannot write to standard output");

@@ -86,38 +86,6 @@ void simulate(const FitProblem& problem, Fit& fit, int rounds) {
   if (!std::isfinite(fit.squares)) throw NumericalError("the model diverges");
 }
 
-/// Levenberg-Marquardt: the initial state that makes `rest` (samples x joints) smallest.
-StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& rest_of, StateVector x, int rounds) {
-  Eigen::MatrixXd rest = rest_of(x);
-  double damping = 1e-6;
-  for (int round = 0; round < rounds; ++round) {
-    Eigen::MatrixXd slopes(rest.size(), x.size());
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      StateVector moved = x;
-      moved[i] += kStateStep;
-      slopes.col(i) = ((rest - rest_of(moved)) / kStateStep).reshaped();
-    }
-    const Eigen::MatrixXd curvature = slopes.transpose() * slopes;
-    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped();
-    const double before = rest.squaredNorm(), largest = curvature.diagonal().maxCoeff();
-    double gained = 0.0;
-    for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
-      Eigen::MatrixXd damped = curvature;
-      damped.diagonal().array() += damping * largest;
-      const StateVector next = x + StateVector(damped.ldlt().solve(gradient));
-      const Eigen::MatrixXd tried = rest_of(next);
-      gained = before - tried.squaredNorm();
-      if (gained > 0.0) {
-        x = next;
-        rest = tried;
-        damping *= 0.1;
-      }
-    }
-    if (gained <= 1e-4 * before) break;
-  }
-  return x;
-}
-
 /// Windows in which the linear response misjudges the initial state (a joint sticks, or the motion is unstable): their
 /// initial states once more, with slopes from the machine itself.
 void polish(const FitProblem& problem, Fit& fit) {
@@ -305,6 +273,42 @@ void set_parameter(EffectForm& form, std::string_view name, double value) {
   for_each_parameter(form, [&](std::string_view key, double& held, const Info&) {
     if (key == name) held = value;
   });
+}
+
+StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& rest_of, StateVector x, int rounds) {
+  Eigen::MatrixXd rest = rest_of(x);
+  double damping = 1e-6;
+  for (int round = 0; round < rounds; ++round) {
+    Eigen::MatrixXd slopes(rest.size(), x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      StateVector moved = x;
+      moved[i] += kStateStep;
+      slopes.col(i) = ((rest - rest_of(moved)) / kStateStep).reshaped();
+    }
+    const Eigen::MatrixXd curvature = slopes.transpose() * slopes;
+    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped();
+    const double before = rest.squaredNorm(), largest = curvature.diagonal().maxCoeff();
+    double gained = 0.0;
+    for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
+      Eigen::MatrixXd damped = curvature;
+      damped.diagonal().array() += damping * largest;
+      const StateVector next = x + StateVector(damped.ldlt().solve(gradient));
+      Eigen::MatrixXd tried;
+      try {
+        tried = rest_of(next);
+      } catch (const NumericalError&) {
+        continue;
+      }
+      gained = before - tried.squaredNorm();
+      if (gained > 0.0) {
+        x = next;
+        rest = tried;
+        damping *= 0.1;
+      }
+    }
+    if (gained <= 1e-4 * before) break;
+  }
+  return x;
 }
 
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {

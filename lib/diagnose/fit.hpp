@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "diagnose/excitation.hpp"
@@ -55,6 +56,10 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, int iterations =
 
 /// Simulated motion of a fit over its windows, elsewhere what `elsewhere` says.
 std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere);
+
+/// Levenberg-Marquardt: the initial state [q, v] from `start` on that makes `rest` (samples x joints) smallest. A start
+/// whose simulation diverges throws NumericalError.
+StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& rest, StateVector start, int rounds);
 
 /// Machines of a plant with effects, one per recording.
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings);

@@ -12,6 +12,7 @@ struct Measured {
   std::vector<double> time;  // s since its start, increasing
   Eigen::MatrixXd position;  // as the sensor shows it
   Eigen::MatrixXd input;
+  double start = 0.0;        // time stamp of the first sample in the file, s
   bool linear_hold = false;  // the input runs straight from sample to sample instead of being held
 
   std::size_t samples() const { return time.size(); }

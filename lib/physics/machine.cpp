@@ -32,11 +32,13 @@ struct Machine::Moment {
   const std::vector<Drive>* drives = nullptr;
   std::array<std::size_t, kSlots> segment{};
   std::array<int, kSlots> direction{};
+  Remainder::Memory memory;
 };
 
-Machine::Machine(const Plant& plant, std::vector<Effect> effects)
-    : plant_(std::move(plant)),
+Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder remainder)
+    : plant_(plant),
       effects_(std::move(effects)),
+      remainder_(std::move(remainder)),
       joints_(bayesctrl::joints(plant_)),
       added_inertia_(JointVector::Zero(joints_)),
       tilt_(JointVector::Zero(joints_)) {
@@ -91,6 +93,7 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
   }
 
   JointVector torque = tilted - external;
+  if (!remainder_.empty()) torque += remainder_.torque(moment.memory, state.q, state.v, input, t);
   JointVector friction = JointVector::Zero(joints_);
   for (const Effect& effect : effects_) {
     const int j = effect.joint;
@@ -320,12 +323,14 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
-                             const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step, const JointVector& hidden,
-                             Eigen::MatrixXd* states) const {
+                             const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step,
+                             const JointVector& hidden, Eigen::MatrixXd* states,
+                             const Remainder::Memory& memory) const {
   State state{start.head(joints_), start.tail(joints_), hidden};
   Moment moment;
   moment.t = time[first];
   moment.drives = &drives;
+  moment.memory = memory;
   for (int j = 0; j < joints_; ++j) {
     const auto slot = static_cast<std::size_t>(j);
     const std::vector<double>& switches = drives[slot].switches();
@@ -342,6 +347,15 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
       throw NumericalError("the model diverges at t = " + format(moment.t, 6) + " s");
     }
     if (k == last) return shown;
+    if (!remainder_.empty()) {
+      JointVector input(joints_);
+      for (int j = 0; j < joints_; ++j) {
+        const auto slot = static_cast<std::size_t>(j);
+        input[j] = drives[slot].at(moment.segment[slot], moment.t);
+      }
+      if (moment.memory.empty()) moment.memory = remainder_.begin(state.q, state.v, input);
+      if (k > first) remainder_.advance(moment.memory, state.q, state.v, input, time[k] - time[k - 1]);
+    }
     while (moment.t < time[k + 1]) {
       double end = time[k + 1];
       for (int j = 0; j < joints_; ++j) {

@@ -8,6 +8,7 @@
 #include "physics/drive.hpp"
 #include "physics/effect.hpp"
 #include "physics/plant.hpp"
+#include "physics/remainder.hpp"
 
 namespace bayesctrl {
 
@@ -17,10 +18,11 @@ namespace bayesctrl {
 /// friction holds.
 class Machine {
  public:
-  Machine(const Plant& plant, std::vector<Effect> effects);
+  Machine(const Plant& plant, std::vector<Effect> effects, Remainder remainder = {});
 
   int joints() const { return joints_; }
   const std::vector<Effect>& effects() const { return effects_; }
+  const Remainder& remainder() const { return remainder_; }
 
   /// Drives of all joints for one recording; `input`: samples x joints.
   std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const;
@@ -30,7 +32,7 @@ class Machine {
   /// Throws NumericalError where it diverges.
   Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
                       std::size_t first, std::size_t last, double max_step, const JointVector& hidden,
-                      Eigen::MatrixXd* states = nullptr) const;
+                      Eigen::MatrixXd* states = nullptr, const Remainder::Memory& memory = {}) const;
   Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
                       std::size_t first, std::size_t last, double max_step = 0.005) const {
     return run(start, time, drives, first, last, max_step, JointVector::Zero(joints_));
@@ -58,6 +60,7 @@ class Machine {
 
   Plant plant_;
   std::vector<Effect> effects_;
+  Remainder remainder_;
   int joints_ = 1;
   std::array<bool, kSlots> dry_{};  // joints with dry friction
   JointVector added_inertia_;       // per joint

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// First-order lag: time_constant z' = u - z.
 struct ActuatorLag {
   static constexpr std::string_view kName = "actuator_lag";
+  static constexpr std::string_view kEquation = "{time_constant} u' = u_in - u";
   static constexpr std::string_view kText = "the motor takes time to build up its torque";
   double time_constant = 0.01;
 

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Torque -inertia q''.
 struct AddedInertia {
   static constexpr std::string_view kName = "added_inertia";
+  static constexpr std::string_view kEquation = "torque -= {inertia} q''";
   static constexpr std::string_view kText = "more inertia than the model has, as from a payload or a rotor";
   double inertia = 0.1;
 

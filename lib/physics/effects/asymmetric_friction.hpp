@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Torque -forward v for v > 0 and -backward v for v < 0, viscous only.
 struct AsymmetricFriction {
   static constexpr std::string_view kName = "asymmetric_friction";
+  static constexpr std::string_view kEquation = "torque -= (v > 0 ? {forward} : {backward}) v";
   static constexpr std::string_view kText =
       "drag that differs between the two directions, as from worn or preloaded parts";
   double forward = 0.1;

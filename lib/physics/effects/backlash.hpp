@@ -9,6 +9,7 @@ namespace bayesctrl {
 /// Play: the output follows u only at the ends of a gap of half-width width.
 struct Backlash {
   static constexpr std::string_view kName = "backlash";
+  static constexpr std::string_view kEquation = "u := play of half-width {width}";
   static constexpr std::string_view kText = "play between motor and joint: after each reversal nothing moves at first";
   double width = 0.1;
 

@@ -10,6 +10,7 @@ namespace bayesctrl {
 /// Torque amplitude sin(order q + phase).
 struct CoggingTorque {
   static constexpr std::string_view kName = "cogging_torque";
+  static constexpr std::string_view kEquation = "torque += {amplitude} sin({order} q + {phase})";
   static constexpr std::string_view kText =
       "a torque that pulses with the rotor's position, from magnets or gear teeth";
   double amplitude = 0.1;

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// A constant torque.
 struct ConstantBias {
   static constexpr std::string_view kName = "constant_bias";
+  static constexpr std::string_view kEquation = "torque += {torque}";
   static constexpr std::string_view kText =
       "a constant pull to one side, from a cable, an imbalance or an amplifier offset";
   double torque = 0.1;

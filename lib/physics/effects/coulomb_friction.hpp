@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Dry friction: -level sign v while sliding; at rest it holds while the other torques stay within level.
 struct CoulombFriction {
   static constexpr std::string_view kName = "coulomb_friction";
+  static constexpr std::string_view kEquation = "torque -= {level} sign(v)";
   static constexpr std::string_view kText =
       "dry friction of the same strength at any speed; the joint sticks when pushed too gently";
   double level = 0.1;

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Torque -stiffness q^3.
 struct CubicSpring {
   static constexpr std::string_view kName = "cubic_spring";
+  static constexpr std::string_view kEquation = "torque -= {stiffness} q^3";
   static constexpr std::string_view kText = "a spring that hardens with displacement";
   double stiffness = 0.1;
 

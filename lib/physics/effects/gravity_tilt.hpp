@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Gravity acts as at q + angle: the torque tau_ext(q + angle) - tau_ext(q).
 struct GravityTilt {
   static constexpr std::string_view kName = "gravity_tilt";
+  static constexpr std::string_view kEquation = "gravity acts at q + {angle}";
   static constexpr std::string_view kText = "the machine stands tilted against the vertical";
   double angle = 0.05;
 

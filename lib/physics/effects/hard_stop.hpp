@@ -9,6 +9,8 @@ namespace bayesctrl {
 /// Torque -stiffness (q - position) - damping v beyond position: above it if position >= 0, below it otherwise.
 struct HardStop {
   static constexpr std::string_view kName = "hard_stop";
+  static constexpr std::string_view kEquation =
+      "torque -= {stiffness} (q - {position}) + {damping} v beyond {position}";
   static constexpr std::string_view kText = "a bumper or end stop that the joint runs into";
   double position = 1.0;
   double stiffness = 100.0;

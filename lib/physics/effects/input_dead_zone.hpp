@@ -9,6 +9,7 @@ namespace bayesctrl {
 /// sign(u) max(|u| - width, 0).
 struct InputDeadZone {
   static constexpr std::string_view kName = "input_dead_zone";
+  static constexpr std::string_view kEquation = "u := sign(u) max(|u| - {width}, 0)";
   static constexpr std::string_view kText = "small commands do nothing";
   double width = 0.1;
 

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// u(t - delay), 0 before the first sample.
 struct InputDelay {
   static constexpr std::string_view kName = "input_delay";
+  static constexpr std::string_view kEquation = "u := u(t - {delay})";
   static constexpr std::string_view kText = "commands arrive late";
   double delay = 0.02;
 

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// gain u.
 struct InputGain {
   static constexpr std::string_view kName = "input_gain";
+  static constexpr std::string_view kEquation = "u := {gain} u";
   static constexpr std::string_view kText = "the motor is stronger or weaker than the model says";
   double gain = 1.1;
 

@@ -9,6 +9,7 @@ namespace bayesctrl {
 /// u limited to +-limit.
 struct InputSaturation {
   static constexpr std::string_view kName = "input_saturation";
+  static constexpr std::string_view kEquation = "u := clamp(u, -{limit}, {limit})";
   static constexpr std::string_view kText = "the motor or amplifier cannot give more than a limit";
   double limit = 1.0;
 

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Torque -stiffness q.
 struct LinearSpring {
   static constexpr std::string_view kName = "linear_spring";
+  static constexpr std::string_view kEquation = "torque -= {stiffness} q";
   static constexpr std::string_view kText = "a spring, cable or hose that pulls back in step with the displacement";
   double stiffness = 0.1;
 

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Dry friction -k |tau_in - tau_ext| sign v; at rest it holds up to that level.
 struct LoadDependentFriction {
   static constexpr std::string_view kName = "load_dependent_friction";
+  static constexpr std::string_view kEquation = "torque -= {k} |tau_in - tau_ext| sign(v)";
   static constexpr std::string_view kText = "dry friction that grows with the load on gears and bearings";
   double k = 0.05;
 

@@ -10,6 +10,7 @@ namespace bayesctrl {
 /// Torque amplitude sin(frequency t + phase).
 struct PeriodicDisturbance {
   static constexpr std::string_view kName = "periodic_disturbance";
+  static constexpr std::string_view kEquation = "torque += {amplitude} sin({frequency} t + {phase})";
   static constexpr std::string_view kText = "a shaking from outside at a fixed frequency";
   double amplitude = 0.1;
   double frequency = 6.0;

@@ -9,6 +9,7 @@ namespace bayesctrl {
 /// Torque -amplitude cos(q - centre) v, the part of the paper's r(x1) that varies; total friction stays >= 0.
 struct PositionDependentFriction {
   static constexpr std::string_view kName = "position_dependent_friction";
+  static constexpr std::string_view kEquation = "torque -= {amplitude} cos(q - {centre}) v";
   static constexpr std::string_view kText = "drag that depends on where the joint stands, as from a bent shaft";
   double amplitude = 0.1;
   double centre = 0.0;

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Dahl friction: dz/dt = v - |v| z stiffness / level, torque -stiffness z.
 struct PreslidingHysteresis {
   static constexpr std::string_view kName = "presliding_hysteresis";
+  static constexpr std::string_view kEquation = "torque -= {stiffness} z, z' = v - |v| z {stiffness}/{level}";
   static constexpr std::string_view kText = "friction that gives like a spring before it slides";
   double stiffness = 10.0;
   double level = 0.1;

@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Torque -coefficient v |v|.
 struct QuadraticDrag {
   static constexpr std::string_view kName = "quadratic_drag";
+  static constexpr std::string_view kEquation = "torque -= {coefficient} v |v|";
   static constexpr std::string_view kText = "air or fluid drag that grows with the square of speed";
   double coefficient = 0.1;
 

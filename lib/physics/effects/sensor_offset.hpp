@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// measured = true + angle.
 struct SensorOffset {
   static constexpr std::string_view kName = "sensor_offset";
+  static constexpr std::string_view kEquation = "measured = q + {angle}";
   static constexpr std::string_view kText = "the position sensor is mounted or zeroed with an offset";
   double angle = 0.05;
 

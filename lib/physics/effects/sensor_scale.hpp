@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// measured = scale true.
 struct SensorScale {
   static constexpr std::string_view kName = "sensor_scale";
+  static constexpr std::string_view kEquation = "measured = {scale} q";
   static constexpr std::string_view kText = "the position sensor is calibrated with a wrong scale";
   double scale = 1.1;
 

@@ -9,6 +9,8 @@ namespace bayesctrl {
 /// Dry friction -(coulomb + (static - coulomb) exp(-(v/velocity)^2)) sign v; sticks at static_level.
 struct StribeckFriction {
   static constexpr std::string_view kName = "stribeck_friction";
+  static constexpr std::string_view kEquation =
+      "torque -= ({coulomb} + ({static} - {coulomb}) exp(-(v/{velocity})^2)) sign(v)";
   static constexpr std::string_view kText =
       "dry friction that is stronger at rest than in motion, so that slow motion sticks and slips";
   double coulomb = 0.1;

@@ -9,6 +9,7 @@ namespace bayesctrl {
 /// A constant torque from time on.
 struct TorqueStep {
   static constexpr std::string_view kName = "torque_step";
+  static constexpr std::string_view kEquation = "torque += {torque} from t = {time} s on";
   static constexpr std::string_view kText = "something changed suddenly: a part came loose or was added";
   double torque = 0.1;
   double time = 1.0;

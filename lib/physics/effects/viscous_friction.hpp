@@ -7,6 +7,7 @@ namespace bayesctrl {
 /// Torque -coefficient v, beside the plant's own friction.
 struct ViscousFriction {
   static constexpr std::string_view kName = "viscous_friction";
+  static constexpr std::string_view kEquation = "torque -= {coefficient} v";
   static constexpr std::string_view kText = "grease or bearing drag that grows in step with speed";
   double coefficient = 0.1;
 

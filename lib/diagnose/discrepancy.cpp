@@ -1,0 +1,239 @@
+#include "diagnose/discrepancy.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kBumps = 14;         // along each input
+constexpr int kStateBumps = 7;     // along each side of the grid over position and velocity
+constexpr double kTimeStep = 0.2;  // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;  // s between bumps in the time of one recording
+constexpr double kPriorShare = 0.2;
+constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
+
+void add_bumps(std::vector<Term>& list, TermKind kind, int joint, double low, double high, int count,
+               int recording = -1) {
+  const double step = std::max(high - low, 1e-9) / (count - 1);
+  for (int i = 0; i < count; ++i) list.push_back({kind, joint, recording, low + i * step, step});
+}
+
+}  // namespace
+
+Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>& data) : about_(about) {
+  const Excitation& excitation = *about.excitation;
+  const int joints = bayesctrl::joints(excitation.plant());
+  const Eigen::VectorXd torque = torque_scale(excitation.plant(), data);
+  for (int j = 0; j < joints; ++j) {
+    const Survey s = survey(data, about.paths, j);
+    const double longest = *std::max_element(s.durations.begin(), s.durations.end());
+    Group position{Cause::position, false, j, {}, {}}, velocity{Cause::velocity, false, j, {}, {}},
+        input{Cause::input, false, j, {}, {}}, time{Cause::time, false, j, {}, {}},
+        history{Cause::history, false, j, {}, {}}, state{Cause::velocity, true, j, {}, {}};
+    add_bumps(position.terms, TermKind::bump_position, j, s.lowest, s.highest, kBumps);
+    add_bumps(velocity.terms, TermKind::bump_velocity, j, -s.speed, s.speed, kBumps);
+    for (const double part : {0.005, 0.03, 0.15})
+      velocity.terms.push_back({TermKind::sign_velocity, j, -1, part * s.speed});
+    if (s.input > 0.0) {
+      add_bumps(input.terms, TermKind::bump_input, j, -s.input, s.input, kBumps);
+      for (const double part : {0.01, 0.1}) input.terms.push_back({TermKind::sign_input, j, -1, part * s.input});
+    }
+    add_bumps(time.terms, TermKind::bump_time, j, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
+    for (std::size_t r = 0; r < s.durations.size(); ++r) {
+      add_bumps(time.terms, TermKind::bump_time, j, 0.0, s.durations[r],
+                std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1), static_cast<int>(r));
+    }
+    for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) {
+      if (s.input > 0.0) {
+        history.terms.push_back({TermKind::late_input, j, -1, tau});
+        history.terms.push_back({TermKind::warm_motor, j, -1, tau});
+      }
+      history.terms.push_back({TermKind::late_velocity, j, -1, tau});
+      history.terms.push_back({TermKind::late_position, j, -1, tau});
+      history.terms.push_back({TermKind::warm_viscous, j, -1, tau});
+      history.terms.push_back({TermKind::warm_dry, j, -1, tau, 0.01 * s.speed});
+      history.terms.push_back({TermKind::reversal, j, -1, tau, 0.01 * s.speed});
+    }
+    for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
+      history.terms.push_back({TermKind::play, j, -1, part * (s.highest - s.lowest)});
+    }
+    for (int a = 0; a < kStateBumps; ++a) {
+      for (int b = 0; b < kStateBumps; ++b) {
+        const double dq = (s.highest - s.lowest) / (kStateBumps - 1), dv = 2.0 * s.speed / (kStateBumps - 1);
+        state.terms.push_back({TermKind::bump_state, j, -1, s.lowest + a * dq, dq, -s.speed + b * dv, dv});
+      }
+    }
+    for (Group* group : {&position, &velocity, &input, &time, &history, &state}) {
+      if (!group->terms.empty()) groups_.push_back(std::move(*group));
+    }
+  }
+  for (Group& group : groups_) {
+    const auto count = static_cast<Eigen::Index>(group.terms.size());
+    std::vector<Eigen::MatrixXd> accelerations;
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(count);
+    double samples = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Trajectory& path = about.paths[r];
+      Eigen::MatrixXd& all = accelerations.emplace_back(data[r].position.size(), count);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        const Term& term = group.terms[static_cast<std::size_t>(i)];
+        const int j = term.joint;
+        Eigen::VectorXd values = Eigen::VectorXd::Zero(data[r].position.rows());
+        if (term.recording < 0 || static_cast<std::size_t>(term.recording) == r) {
+          double memory = term.first_memory(path.position(0, j), path.velocity(0, j), data[r].input(0, j));
+          for (Eigen::Index k = 0; k + 1 < values.size(); ++k) {
+            const auto slot = static_cast<std::size_t>(k);
+            const double h = data[r].time[slot + 1] - data[r].time[slot];
+            const double q = 0.5 * (path.position(k, j) + path.position(k + 1, j));
+            const double v = 0.5 * (path.velocity(k, j) + path.velocity(k + 1, j));
+            const double u = input_at(data[r], slot, 0.5)[j];
+            values[k] = term.value(q, v, u, data[r].time[slot] + 0.5 * h, memory);
+            memory = term.remembered(memory, q, v, u, h);
+          }
+        }
+        squares[i] += values.squaredNorm();
+        all.col(i) = excitation.acceleration(values, j, r).transpose().reshaped();
+      }
+      samples += static_cast<double>(data[r].samples());
+    }
+    group.columns = about.response->responses(accelerations);
+    for (Eigen::Index i = 0; i < count; ++i) {  // unit weights: together an RMS of 20 % of the nominal torque
+      const double rms = std::sqrt(squares[i] / samples);
+      const double unit =
+          rms > 1e-12 ? kPriorShare * torque[group.joint] / (rms * std::sqrt(static_cast<double>(count))) : 0.0;
+      group.terms[static_cast<std::size_t>(i)].weight = unit;
+      group.columns.col(i) *= unit;
+    }
+  }
+}
+
+Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(columns.transpose() * columns);
+  const Eigen::ArrayXd lambda = solver.eigenvalues().array().max(0.0);
+  const Eigen::ArrayXd g = (solver.eigenvectors().transpose() * (columns.transpose() * target)).array();
+  Ridge best;
+  best.weights = Eigen::VectorXd::Zero(columns.cols());
+  for (const double scale : kScales) {
+    const Eigen::ArrayXd s2 = Eigen::ArrayXd::Constant(lambda.size(), scale * scale);
+    const double gain = (g.square() * s2 / (1.0 + s2 * lambda)).sum();
+    const double evidence = 0.5 * (gain - (1.0 + s2 * lambda).log().sum());
+    if (evidence > best.log_evidence) {
+      const Eigen::ArrayXd w = g * s2 / (1.0 + s2 * lambda);
+      best = {evidence, scale, 2.0 * (w * g).sum() - (w.square() * lambda).sum(), solver.eigenvectors() * w.matrix()};
+    }
+  }
+  return best;
+}
+
+Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) const {
+  const double beyond = std::max(target.squaredNorm() - static_cast<double>(target.size()), 1e-9);
+  Dependence best;
+  double most = -1.0;
+  int joints = 0;
+  for (const Group& group : groups_) joints = std::max(joints, group.joint + 1);
+  for (int j = 0; j < joints; ++j) {
+    std::array<double, 5> alone{};
+    double whole = 0.0;
+    for (const Group& group : groups_) {
+      if (group.joint != j) continue;
+      const Ridge fit = ridge(group.columns, target);
+      const double part = std::clamp(fit.explained / beyond, 0.0, 1.0);
+      whole = std::max(whole, part);
+      if (!group.state) alone[static_cast<std::size_t>(group.cause)] = part;
+    }
+    if (whole <= most) continue;
+    most = whole;
+    best.joint = j;
+    best.explained = whole;
+    // The past can imitate the present: it counts for what it explains beyond.
+    double present = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) present = std::max(present, alone[i]);
+    alone[4] = std::max(0.0, alone[4] - present);
+    // What explains all but a little is much more likely the cause than what explains half.
+    double sum = 0.0;
+    for (double& part : alone) {
+      part = part / (1.02 - part);
+      sum += part;
+    }
+    for (std::size_t i = 0; i < 5; ++i) best.shares[i] = sum > 0.0 ? alone[i] / sum : 0.0;
+  }
+  return best;
+}
+
+Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Shares& shares, int joint) const {
+  std::vector<const Group*> used;
+  Eigen::Index count = 0;
+  const bool by_time = std::max_element(shares.begin(), shares.end()) - shares.begin() == static_cast<int>(Cause::time);
+  for (const Group& group : groups_) {
+    if (group.joint != joint) continue;
+    if (group.cause == Cause::time && !by_time) continue;
+    used.push_back(&group);
+    count += group.columns.cols();
+  }
+  Eigen::MatrixXd columns(target.size(), count);
+  count = 0;
+  std::vector<double> scales;
+  for (const Group* group : used) {
+    const double scale = ridge(group->columns, target).scale;
+    scales.push_back(scale);
+    columns.middleCols(count, group->columns.cols()) = scale * group->columns;
+    count += group->columns.cols();
+  }
+  const Eigen::VectorXd weights = ridge(columns, target).weights;
+  Remainder result;
+  count = 0;
+  for (std::size_t g = 0; g < used.size(); ++g) {
+    for (std::size_t i = 0; i < used[g]->terms.size(); ++i, ++count) {
+      Term term = used[g]->terms[i];
+      if (term.recording >= 0) continue;  // of one recording: nothing for another
+      term.weight *= scales[g] * weights[count];
+      if (term.weight != 0.0) result.terms.push_back(term);
+    }
+  }
+  return result;
+}
+
+Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+                                        double penalty) const {
+  Eigen::Index count = 0;
+  for (const Group& group : groups_) count += group.columns.cols();
+  Eigen::MatrixXd all(target.size(), count);
+  count = 0;
+  for (const Group& group : groups_) {
+    all.middleCols(count, group.columns.cols()) = ridge(group.columns, target).scale * group.columns;
+    count += group.columns.cols();
+  }
+  // all = U sqrt(lambda) V': the covariance 1 + scale^2 all all' is whitened along U alone.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(all.transpose() * all);
+  const double least = 1e-9 * std::max(1.0, solver.eigenvalues().maxCoeff());
+  Eigen::Index kept = 0;
+  while (kept < count && solver.eigenvalues()[count - 1 - kept] > least) ++kept;
+  const Eigen::ArrayXd lambda = solver.eigenvalues().tail(kept).array();
+  const Eigen::MatrixXd u = all * solver.eigenvectors().rightCols(kept) * lambda.sqrt().inverse().matrix().asDiagonal();
+  const Eigen::MatrixXd along = u.transpose() * columns;
+  const Eigen::VectorXd along_target = u.transpose() * target;
+  double alone = -kInfinity, with = -kInfinity;
+  Beside best;
+  for (const double scale : {0.0, 0.03, 0.1, 0.3, 1.0, 3.0}) {
+    const Eigen::ArrayXd variance = 1.0 + scale * scale * lambda;
+    const Eigen::ArrayXd shrink = 1.0 - variance.sqrt().inverse();
+    const Eigen::VectorXd y = target - u * (shrink * along_target.array()).matrix();
+    const Eigen::MatrixXd white = columns - u * (shrink.matrix().asDiagonal() * along);
+    const double base = -0.5 * (y.squaredNorm() + variance.log().sum());
+    alone = std::max(alone, base);
+    const std::vector<Finding> findings =
+        screen(about_.dictionary, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
+    for (const Finding& finding : findings) {
+      if (finding.suspects.empty() || base + finding.log_evidence <= with) continue;
+      with = base + finding.log_evidence;
+      best.effects = finding.effects(about_.dictionary);
+    }
+  }
+  best.log_odds = with - alone;
+  return best;
+}
+
+}  // namespace bayesctrl

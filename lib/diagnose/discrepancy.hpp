@@ -1,0 +1,59 @@
+#pragma once
+
+#include <map>
+
+#include "diagnose/explain.hpp"
+#include "physics/remainder.hpp"
+
+namespace bayesctrl {
+
+/// Shares of a missing torque that each cause explains alone; they sum to 1 (or are all 0).
+using Shares = std::array<double, 5>;
+
+/// A Gaussian process of the missing torque along a known motion, as features with normal weights (Kennedy & O'Hagan
+/// 2001: a model discrepancy).
+class Discrepancy {
+ public:
+  /// `joints` in which a torque may be missing.
+  Discrepancy(const Linearisation& about, const std::vector<Measured>& data);
+
+  /// What each cause explains alone of `target` (rows of the response), for the best joint.
+  struct Dependence {
+    Shares shares{};
+    int joint = 0;
+    double explained = 0.0;  // part of the squares beyond the noise, by all causes together
+  };
+  Dependence dependence(const Eigen::VectorXd& target) const;
+
+  /// The torque that explains `target` best. `seconds`: without the cause time, whose terms other recordings lack.
+  Remainder remainder(const Eigen::VectorXd& target, const Shares& shares, int joint) const;
+
+  /// Log evidence of the best set of effects beside a discrepancy less that of the discrepancy alone, each with the
+  /// size of the discrepancy that suits it best; and that set.
+  struct Beside {
+    double log_odds = 0.0;
+    std::vector<Effect> effects;
+  };
+  Beside beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double penalty) const;
+
+ private:
+  struct Group {
+    Cause cause = Cause::position;
+    bool state = false;  // position and velocity together
+    int joint = 0;
+    std::vector<Term> terms;
+    Eigen::MatrixXd columns;  // response to each term, scaled to the prior
+  };
+  struct Ridge {
+    double log_evidence = 0.0;
+    double scale = 0.0;
+    double explained = 0.0;
+    Eigen::VectorXd weights;
+  };
+  static Ridge ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target);
+
+  const Linearisation& about_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace bayesctrl

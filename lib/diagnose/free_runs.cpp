@@ -1,0 +1,81 @@
+#include "diagnose/free_runs.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kRounds = 6;
+constexpr double kLongestStep = 0.011;  // s
+
+/// Memory of the remainder at each window's first sample.
+Remainder::Memory memory_at(const Remainder& remainder, const Measured& data, const Trajectory& path,
+                            std::size_t first) {
+  Remainder::Memory memory;
+  for (std::size_t k = 0; k <= first && !remainder.empty(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const JointVector q = path.position.row(row), v = path.velocity.row(row), u = data.input.row(row);
+    if (k == 0) {
+      memory = remainder.begin(q, v, u);
+    } else {
+      remainder.advance(memory, q, v, u, data.time[k] - data.time[k - 1]);
+    }
+  }
+  return memory;
+}
+
+}  // namespace
+
+FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+                   double horizon, bool new_recordings) {
+  FreeRuns result;
+  const int n = joints(model.plant);
+  std::vector<Effect> effects = model.effects;
+  if (new_recordings) {
+    for (Effect& effect : effects) effect.recording = -1;
+  }
+  std::vector<Machine> list;
+  for (const Machine& machine : machines(model.plant, effects, data.size())) {
+    list.emplace_back(model.plant, machine.effects(), model.remainder);
+  }
+  std::vector<std::vector<Drive>> drives;
+  std::vector<Eigen::MatrixXd> hidden;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    drives.push_back(drives_of(list[r], data[r]));
+    hidden.push_back(list[r].hidden_states(data[r].time, paths[r].velocity));
+    result.simulated.push_back(Eigen::MatrixXd::Constant(data[r].position.rows(), n, std::nan("")));
+    result.velocity.push_back(result.simulated.back());
+  }
+  double squares = 0.0;
+  for (const Segment& window : windows(data, horizon)) {
+    const std::size_t r = window.recording;
+    const auto first = static_cast<Eigen::Index>(window.first), size = static_cast<Eigen::Index>(window.samples());
+    const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
+    const Remainder::Memory memory = memory_at(model.remainder, data[r], paths[r], window.first);
+    const auto run = [&](const StateVector& x, Eigen::MatrixXd* states) {
+      return list[r].run(x, data[r].time, drives[r], window.first, window.last, kLongestStep, hidden[r].row(first),
+                         states, memory);
+    };
+    StateVector start(2 * n);
+    start << paths[r].position.row(first).transpose(), paths[r].velocity.row(first).transpose();
+    result.samples += static_cast<double>(size * n);
+    try {
+      start = fit_start([&](const StateVector& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
+                        kRounds);
+      Eigen::MatrixXd states;
+      const Eigen::MatrixXd simulated = run(start, &states);
+      squares += (measured - simulated).squaredNorm();
+      result.simulated[r].middleRows(first, size) = simulated;
+      result.velocity[r].middleRows(first, size) = states.rightCols(n);
+    } catch (const NumericalError&) {
+      squares += (measured.rowwise() - measured.colwise().mean()).squaredNorm();
+    }
+  }
+  result.rms = std::sqrt(squares / std::max(1.0, result.samples));
+  return result;
+}
+
+}  // namespace bayesctrl

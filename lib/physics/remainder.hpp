@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "base/vector.hpp"
+
+namespace bayesctrl {
+
+/// On what a torque may depend.
+enum class Cause { position, velocity, input, time, history };
+constexpr std::array<std::string_view, 5> names(Cause) { return {"position", "velocity", "input", "time", "history"}; }
+
+/// Form of one term. "a" to "d" are the term's numbers, m its memory, sgn a sign that is smooth over 1 % of the range.
+enum class TermKind {
+  bump_position,  // exp(-(q - a)^2 / 2 b^2)
+  bump_velocity,  // exp(-(v - a)^2 / 2 b^2)
+  sign_velocity,  // tanh(v / a)
+  bump_input,     // exp(-(u - a)^2 / 2 b^2)
+  sign_input,     // tanh(u / a)
+  bump_time,      // exp(-(t - a)^2 / 2 b^2)
+  bump_state,     // exp(-(q - a)^2 / 2 b^2 - (v - c)^2 / 2 d^2)
+  late_input,     // m - u, m' = (u - m) / a
+  late_velocity,  // m - v, m' = (v - m) / a
+  late_position,  // m - q, m' = (q - m) / a
+  warm_viscous,   // m v, m' = (v^2 - m) / a
+  warm_dry,       // m tanh(v / b), m' = (v^2 - m) / a
+  warm_motor,     // m u, m' = (u^2 - m) / a
+  play,           // m - q, m follows q at the ends of a gap of half-width a
+  reversal,       // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
+};
+constexpr std::array<std::string_view, 15> names(TermKind) {
+  return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",
+          "bump_time",     "bump_state",    "late_input",    "late_velocity", "late_position",
+          "warm_viscous",  "warm_dry",      "warm_motor",    "play",          "reversal"};
+}
+
+/// What a term looks at.
+Cause cause(TermKind kind);
+
+/// One term of a torque that no catalogue explains.
+struct Term {
+  TermKind kind = TermKind::bump_position;
+  int joint = 0;
+  int recording = -1;  // the only one in which it acts; -1: all
+  double a = 0.0, b = 1.0, c = 0.0, d = 1.0;
+  double weight = 1.0;  // N m
+
+  bool operator==(const Term&) const = default;
+
+  /// Value without the weight. `m`: memory.
+  double value(double q, double v, double u, double t, double m) const;
+
+  /// Memory after `h` seconds at q, v, u; `first` starts it.
+  double remembered(double m, double q, double v, double u, double h) const;
+  double first_memory(double q, double v, double u) const;
+};
+
+/// A torque in the joints that is a sum of terms: the posterior mean of Gaussian processes over what the missing torque
+/// depends on, written in features.
+struct Remainder {
+  std::vector<Term> terms;
+
+  bool empty() const { return terms.empty(); }
+  bool operator==(const Remainder&) const = default;
+
+  using Memory = std::vector<double>;  // one per term
+  Memory begin(const JointVector& q, const JointVector& v, const JointVector& u) const;
+  void advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u, double h) const;
+  JointVector torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
+                     double t) const;
+};
+
+}  // namespace bayesctrl
