@@ -69,6 +69,7 @@ int main(int argc, char** argv) {
     declare_simulate(app, exit);
     declare_calibrate(app, exit);
     declare_diagnose(app, exit);
+    declare_trial(app, exit);
     app.parse(argc, argv);
     std::cout.flush();
     if (!std::cout) throw IoError("cannot write to standard output");

@@ -4,40 +4,44 @@
 
 namespace bayesctrl {
 
-namespace {
-
-void delay_by(double delay, std::vector<double>& time, std::vector<double>& value) {
-  if (delay <= 0.0) return;
-  const double start = time.front();
-  for (double& t : time) t += delay;
-  time.insert(time.begin(), start);
-  value.insert(value.begin(), 0.0);
+Drive::Drive(const std::vector<Effect>& effects, int joint) {
+  for (std::size_t kind = 0; kind < std::variant_size_v<EffectForm>; ++kind) {
+    for (const Effect& effect : effects) {
+      if (effect.joint != joint || effect.form.index() != kind) continue;
+      std::visit(
+          [&]<class E>(const E& form) {
+            if constexpr (DelayEffect<E>) delay_ += form.delay_time();
+            if constexpr (LagEffect<E>) lag_ = form.lag();
+            if constexpr (MapEffect<E> || PlayEffect<E>) effects_.emplace_back(form);
+          },
+          effect.form);
+    }
+  }
+  play_.resize(effects_.size(), 0.0);
 }
-
-}  // namespace
 
 Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
              int joint)
-    : time_(time), held_(input) {
-  const auto apply = [&]<class E>(const E& effect) {
-    if constexpr (DelayEffect<E>) delay_by(effect.delay_time(), time_, held_);
-    if constexpr (MapEffect<E>) {
-      for (double& u : held_) u = effect.transform(u);
+    : Drive(effects, joint) {
+  for (std::size_t k = 0; k < time.size(); ++k) append(time[k], input[k]);
+}
+
+void Drive::append(double time, double input) {
+  const auto add = [&](double t, double u) {
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+      std::visit(
+          [&]<class E>(const E& form) {
+            if constexpr (MapEffect<E>) u = form.transform(u);
+            if constexpr (PlayEffect<E>) u = play_[i] = form.follow(u, play_[i]);
+          },
+          effects_[i]);
     }
-    if constexpr (PlayEffect<E>) {
-      double output = 0.0;
-      for (double& u : held_) u = output = effect.follow(u, output);
-    }
-    if constexpr (LagEffect<E>) lag_ = effect.lag();
+    if (lag_ > 0.0) lagged_.push_back(time_.empty() ? u : at(time_.size() - 1, t));
+    time_.push_back(t);
+    held_.push_back(u);
   };
-  for (std::size_t kind = 0; kind < std::variant_size_v<EffectForm>; ++kind) {
-    for (const Effect& effect : effects) {
-      if (effect.joint == joint && effect.form.index() == kind) std::visit(apply, effect.form);
-    }
-  }
-  if (lag_ <= 0.0) return;
-  lagged_.resize(held_.size(), held_.front());
-  for (std::size_t k = 1; k < held_.size(); ++k) lagged_[k] = at(k - 1, time_[k]);
+  if (delay_ > 0.0 && time_.empty()) add(time, 0.0);
+  add(time + delay_, input);
 }
 
 double Drive::at(std::size_t index, double t) const {

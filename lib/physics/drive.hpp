@@ -7,15 +7,21 @@
 namespace bayesctrl {
 
 /// The input of one joint as the machine feels it: constant between switches, behind a first-order lag if there is one.
-/// It depends on the recorded input alone, never on the motion, so that it is made once for a whole recording.
+/// It depends on the given input alone, never on the motion.
 class Drive {
  public:
-  /// `input` [k] is held from `time` [k] on. Of `effects` those on the input of `joint` act, in the catalogue's order.
-  /// Before the first sample a delayed input is 0; a play rests at 0; a lag has settled on the first value.
+  /// Of `effects` those on the input of `joint` act, in the catalogue's order. Before the first sample a delayed input
+  /// is 0; a play rests at 0; a lag has settled on the first value.
+  Drive(const std::vector<Effect>& effects, int joint);
+
+  /// A whole recording: `input` [k] is held from `time` [k] on.
   Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
         int joint);
 
-  /// Times at which the held value changes or may change, increasing, the first at time[0].
+  /// `input` is held from `time` on, which must increase.
+  void append(double time, double input);
+
+  /// Times at which the held value changes or may change, increasing.
   const std::vector<double>& switches() const { return time_; }
 
   /// Time constant of the lag; 0: none.
@@ -25,10 +31,13 @@ class Drive {
   double at(std::size_t index, double t) const;
 
  private:
+  std::vector<EffectForm> effects_;  // on this input, in order
+  std::vector<double> play_;         // output of each effect that is a play
+  double delay_ = 0.0;
+  double lag_ = 0.0;
   std::vector<double> time_;
   std::vector<double> held_;    // input of the lag
   std::vector<double> lagged_;  // output of the lag at the beginning of each segment
-  double lag_ = 0.0;
 };
 
 }  // namespace bayesctrl

@@ -322,6 +322,32 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
   moment.t = end;
 }
 
+/// From moment.t to `goal`, across switches of the drives and timed effects.
+void Machine::advance_to(State& state, Moment& moment, double goal, double max_step) const {
+  const auto catch_up = [&] {
+    for (int j = 0; j < joints_; ++j) {
+      const auto slot = static_cast<std::size_t>(j);
+      const std::vector<double>& switches = (*moment.drives)[slot].switches();
+      while (moment.segment[slot] + 1 < switches.size() && switches[moment.segment[slot] + 1] <= moment.t) {
+        ++moment.segment[slot];
+      }
+    }
+  };
+  catch_up();
+  while (moment.t < goal) {
+    double end = goal;
+    for (int j = 0; j < joints_; ++j) {
+      const auto slot = static_cast<std::size_t>(j);
+      const std::vector<double>& switches = (*moment.drives)[slot].switches();
+      if (moment.segment[slot] + 1 < switches.size()) end = std::min(end, switches[moment.segment[slot] + 1]);
+    }
+    const auto timed = std::upper_bound(switch_times_.begin(), switch_times_.end(), moment.t);
+    if (timed != switch_times_.end()) end = std::min(end, *timed);
+    if (end > moment.t) advance(state, moment, end, max_step);
+    catch_up();
+  }
+}
+
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
                              const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step,
                              const JointVector& hidden, Eigen::MatrixXd* states,
@@ -356,24 +382,7 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
       if (moment.memory.empty()) moment.memory = remainder_.begin(state.q, state.v, input);
       if (k > first) remainder_.advance(moment.memory, state.q, state.v, input, time[k] - time[k - 1]);
     }
-    while (moment.t < time[k + 1]) {
-      double end = time[k + 1];
-      for (int j = 0; j < joints_; ++j) {
-        const auto slot = static_cast<std::size_t>(j);
-        const std::vector<double>& switches = drives[slot].switches();
-        if (moment.segment[slot] + 1 < switches.size()) end = std::min(end, switches[moment.segment[slot] + 1]);
-      }
-      const auto timed = std::upper_bound(switch_times_.begin(), switch_times_.end(), moment.t);
-      if (timed != switch_times_.end()) end = std::min(end, *timed);
-      if (end > moment.t) advance(state, moment, end, max_step);
-      for (int j = 0; j < joints_; ++j) {
-        const auto slot = static_cast<std::size_t>(j);
-        const std::vector<double>& switches = drives[slot].switches();
-        while (moment.segment[slot] + 1 < switches.size() && switches[moment.segment[slot] + 1] <= moment.t) {
-          ++moment.segment[slot];
-        }
-      }
-    }
+    advance_to(state, moment, time[k + 1], max_step);
   }
 }
 
@@ -406,6 +415,52 @@ bool Machine::has_hidden_states() const {
   return std::any_of(effects_.begin(), effects_.end(), [](const Effect& effect) {
     return std::visit([]<class E>(const E&) { return HiddenStateEffect<E>; }, effect.form);
   });
+}
+
+struct Simulation::Now {
+  Machine::State state;
+  Machine::Moment moment;
+  std::vector<Drive> drives;
+  bool started = false;
+};
+
+Simulation::Simulation(const Machine& machine, const StateVector& start, double time, double max_step)
+    : machine_(machine), max_step_(max_step), now_(std::make_unique<Now>()) {
+  const int n = machine.joints();
+  now_->state = {start.head(n), start.tail(n), JointVector::Zero(n)};
+  now_->moment.t = time;
+  for (int j = 0; j < n; ++j) now_->drives.emplace_back(machine.effects(), j);
+  now_->moment.drives = &now_->drives;
+}
+
+Simulation::~Simulation() = default;
+
+void Simulation::hold(const JointVector& input) {
+  for (std::size_t j = 0; j < now_->drives.size(); ++j) {
+    now_->drives[j].append(now_->moment.t, input[static_cast<Eigen::Index>(j)]);
+  }
+  const Remainder& remainder = machine_.remainder();
+  if (remainder.empty()) return;
+  if (!now_->started) {
+    now_->moment.memory = remainder.begin(now_->state.q, now_->state.v, input);
+  } else {
+    remainder.advance(now_->moment.memory, now_->state.q, now_->state.v, input, now_->moment.t - last_);
+  }
+  now_->started = true;
+  last_ = now_->moment.t;
+}
+
+void Simulation::advance(double time) {
+  machine_.advance_to(now_->state, now_->moment, time, max_step_);
+  if (!now_->state.q.allFinite() || !now_->state.v.allFinite()) {
+    throw NumericalError("the model diverges at t = " + format(now_->moment.t, 6) + " s");
+  }
+}
+
+StateVector Simulation::state() const {
+  StateVector x(2 * machine_.joints());
+  x << now_->state.q, now_->state.v;
+  return x;
 }
 
 }  // namespace bayesctrl

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -46,6 +47,7 @@ class Machine {
   JointVector measured(const JointVector& position) const;
 
  private:
+  friend class Simulation;
   static constexpr int kSlots = kMaxJoints;
   struct State;
   struct Moment;
@@ -57,6 +59,7 @@ class Machine {
   State step(const State& state, const Moment& moment, double h) const;
   void settle(State& state, Moment& moment) const;
   void advance(State& state, Moment& moment, double end, double max_step) const;
+  void advance_to(State& state, Moment& moment, double goal, double max_step) const;
 
   Plant plant_;
   std::vector<Effect> effects_;
@@ -67,6 +70,29 @@ class Machine {
   JointVector tilt_;                // per joint, rad
   bool needs_external_torque_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing
+};
+
+/// A machine in a closed loop: the input of each moment is settled while it moves.
+class Simulation {
+ public:
+  /// `machine` must outlive the simulation.
+  Simulation(const Machine& machine, const StateVector& start, double time, double max_step = 0.005);
+  ~Simulation();
+
+  /// The input is held from the present time on, once for each time.
+  void hold(const JointVector& input);
+
+  /// Throws NumericalError where the machine diverges.
+  void advance(double time);
+
+  StateVector state() const;  // true [q, v]
+
+ private:
+  struct Now;
+  const Machine& machine_;
+  double max_step_;
+  double last_ = 0.0;
+  std::unique_ptr<Now> now_;
 };
 
 }  // namespace bayesctrl

@@ -1,0 +1,57 @@
+#include "trial/trial.hpp"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+#include "commands.hpp"
+#include "io/files.hpp"
+#include "io/read.hpp"
+
+namespace bayesctrl {
+
+void declare_trial(CLI::App& app, ExitCode& exit) {
+  struct Command {
+    std::string spec, out;
+    std::vector<std::uint64_t> seeds;
+    double scale = 1.0;
+    int jobs = 0;
+    std::vector<std::string> assignments;
+  };
+  auto command = std::make_shared<Command>();
+  CLI::App* sub = app.add_subcommand("trial", "Prove the diagnosis on machines with concealed effects");
+  sub->add_option("SPEC", command->spec, "YAML spec of a trial: how many cases of which kind")->required();
+  sub->add_option("--seed", command->seeds, "Seeds instead of the spec's; one trial for each");
+  sub->add_option("--scale", command->scale, "Part of the spec's numbers of cases, e.g. 0.1")
+      ->check(CLI::Range(0.001, 100.0));
+  sub->add_option("--out", command->out, "Folder; default: results/NAME")->type_name("DIR");
+  sub->add_option("-j,--jobs", command->jobs, "Processes at a time; default: one per core");
+  add_set_option(*sub, command->assignments);
+  sub->callback([command, &exit] {
+    Node node = read_yaml(command->spec);
+    for (const std::string& assignment : command->assignments) set_path(node, assignment);
+    TrialSpec spec = read<TrialSpec>(node);
+    for (int* count : {&spec.per_effect, &spec.pairs, &spec.triples, &spec.outside, &spec.nothing}) {
+      if (*count > 0) *count = std::max(1, static_cast<int>(*count * command->scale));
+    }
+    const std::filesystem::path folder =
+        command->out.empty() ? std::filesystem::path("results") / slug(spec.name) : std::filesystem::path(command->out);
+    const int jobs =
+        command->jobs > 0 ? command->jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    if (command->seeds.empty()) command->seeds.push_back(spec.seed);
+    for (const std::uint64_t seed : command->seeds) {
+      spec.seed = seed;
+      const auto place = command->seeds.size() == 1 ? folder : folder / ("seed-" + std::to_string(seed));
+      const TrialResult result = run_trial(
+          spec, place, "/proc/self/exe", jobs, [](const std::string& line) { std::cerr << line << "\n"; }, interrupted);
+      if (interrupted()) {
+        exit = ExitCode::interrupted;
+        return;
+      }
+      std::cout << result.markdown << "\nwritten to " << place.string() << "\n";
+    }
+  });
+}
+
+}  // namespace bayesctrl

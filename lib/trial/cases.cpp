@@ -1,0 +1,410 @@
+#include "trial/cases.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "diagnose/explain.hpp"
+#include "io/emit.hpp"
+#include "io/table.hpp"
+#include "spec/model.hpp"
+
+namespace bayesctrl::trial {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int kRecordings = 3;
+constexpr int kAttempts = 60;
+constexpr double kSmallest = 2.0, kLargest = 50.0;  // sizes
+constexpr double kOutside = 3.0;  // least distance of an invention from what the best triple can fit, in noise
+
+const std::vector<std::string_view>& effect_names() {
+  static const std::vector<std::string_view> list = names_of(static_cast<const EffectForm*>(nullptr));
+  return list;
+}
+
+double log_uniform(RandomStream& random, double low, double high) {
+  return std::exp(draw_uniform(random, std::log(low), std::log(high)));
+}
+
+Plant draw_plant(int variant, RandomStream& random) {
+  const auto u = [&](double low, double high) { return draw_uniform(random, low, high); };
+  switch (variant % 5) {
+    case 0:
+    case 1:
+      return Pendulum{.length = u(0.5, 1.2), .friction = u(0.1, 0.5), .mass = u(0.3, 1.5)};
+    case 2: {
+      const double m = u(0.3, 1.5), l = u(0.5, 1.2);
+      if (u(0.0, 1.0) < 0.5) {
+        return Custom({{{"k", u(0.5, 2.0)}, {"m", m}, {"l", l}, {"c", u(0.1, 0.4)}, {"g", 9.81}}},
+                      {"(k*u - c*v - m*g*l*sin(q))/(m*l*l)"}, {"m*l*l"});
+      }
+      return Custom({{{"m", m}, {"c", u(0.2, 0.6)}, {"s", u(4.0, 12.0)}}}, {"(u - c*v - s*q)/m"}, {"m"});
+    }
+    case 3:
+      return Mass{.mass = u(0.5, 5.0), .friction = u(0.5, 2.0)};
+    default: {
+      TwoLinkArm arm;
+      arm.mass1 = u(0.4, 1.0);
+      arm.mass2 = u(0.3, 0.8);
+      arm.length1 = u(0.2, 0.4);
+      arm.length2 = u(0.2, 0.4);
+      arm.com1 = arm.length1 * u(0.4, 0.6);
+      arm.com2 = arm.length2 * u(0.4, 0.6);
+      arm.inertia1 = arm.mass1 * arm.com1 * arm.com1 * 1.3;
+      arm.inertia2 = arm.mass2 * arm.com2 * arm.com2 * 1.3;
+      arm.friction1 = u(0.03, 0.1);
+      arm.friction2 = u(0.03, 0.1);
+      return arm;
+    }
+  }
+}
+
+/// Whether the recordings of such a machine can show such an effect at all.
+bool applies(std::size_t kind, const Plant& plant) {
+  const std::string_view name = effect_names()[kind];
+  const auto any = [&](std::initializer_list<std::string_view> list) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  if (std::holds_alternative<Mass>(plant)) {
+    return !any({"gravity_tilt", "sensor_offset", "position_dependent_friction", "cogging_torque"});
+  }
+  if (std::holds_alternative<Custom>(plant)) return !any({"position_dependent_friction"});
+  return true;
+}
+
+double friction_of(const Plant& plant, int joint) {
+  if (const auto* p = std::get_if<Pendulum>(&plant)) return p->friction;
+  if (const auto* p = std::get_if<TwoLinkArm>(&plant)) return joint == 0 ? p->friction1 : p->friction2;
+  return 0.0;
+}
+
+std::string numbered(const std::string& name, int joint, int joints) {
+  return joints == 1 ? name : name + std::to_string(joint + 1);
+}
+
+std::string to_file(const Recorded& recorded) {
+  const int n = static_cast<int>(recorded.position.cols());
+  std::vector<std::vector<double>> columns(static_cast<std::size_t>(1 + 2 * n));
+  for (std::size_t k = 0; k < recorded.time.size(); ++k) {
+    if (k >= recorded.lost_from && k < recorded.lost_to) continue;
+    const auto row = static_cast<Eigen::Index>(k);
+    columns[0].push_back(recorded.time[k]);
+    for (int j = 0; j < n; ++j) {
+      columns[static_cast<std::size_t>(1 + j)].push_back(recorded.position(row, j));
+      columns[static_cast<std::size_t>(1 + n + j)].push_back(recorded.input(row, j));
+    }
+  }
+  Table table;
+  table.columns.push_back({"t", "", columns[0]});
+  for (int j = 0; j < n; ++j)
+    table.columns.push_back({numbered("q", j, n), "", columns[static_cast<std::size_t>(1 + j)]});
+  for (int j = 0; j < n; ++j)
+    table.columns.push_back({numbered("u", j, n), "", columns[static_cast<std::size_t>(1 + n + j)]});
+  return to_csv(table, 12);
+}
+
+/// What is the same for all recordings of a case.
+struct Scene {
+  Plant nominal;
+  Sampling sampling;
+  std::vector<Task> tasks;  // of the training recordings, then of the held-out one
+  std::uint64_t seed = 0;   // of inputs and noise
+};
+
+std::vector<Recorded> record_all(const Hidden& machine, const Scene& scene, int count) {
+  std::vector<Recorded> list;
+  for (int r = 0; r < count; ++r) {
+    RandomStream random(scene.seed + static_cast<std::uint64_t>(r));
+    Hidden here = machine;
+    if (r >= kRecordings) {  // what changed stays changed
+      for (Effect& effect : here.effects) effect.recording = -1;
+    }
+    std::optional<Recorded> recorded =
+        record(here, scene.nominal, scene.tasks[static_cast<std::size_t>(r)], scene.sampling, r, random);
+    if (!recorded) return {};
+    list.push_back(std::move(*recorded));
+  }
+  return list;
+}
+
+/// Largest size over the training recordings, so that an effect of one recording counts; infinite where it diverges.
+double measured_size(const Hidden& machine, const Scene& scene) {
+  const std::vector<Recorded> list = record_all(machine, scene, kRecordings);
+  if (list.empty()) return kInfinity;
+  double squares = 0.0, most = 0.0;
+  for (const Recorded& recorded : list) {
+    const double size = size_of(scene.nominal, recorded, scene.sampling.noise);
+    squares += size * size;
+    most = std::max(most, size);
+  }
+  const bool once =
+      std::any_of(machine.effects.begin(), machine.effects.end(), [](const Effect& e) { return e.recording >= 0; });
+  return once ? most : std::sqrt(squares / kRecordings);
+}
+
+/// Strength that gives a size, by bisection in its logarithm; 0 where there is none.
+double strength_for(double target, const std::function<double(double)>& size) {
+  double low = std::log(1e-6), high = std::log(3.0);
+  for (int i = 0; i < 16; ++i) {
+    const double middle = 0.5 * (low + high);
+    (size(std::exp(middle)) < target ? low : high) = middle;
+  }
+  const double strength = std::exp(high), reached = size(strength);
+  return reached > 0.8 * target && reached < 1.25 * target ? strength : 0.0;
+}
+
+Scene draw_scene(const TrialSpec& spec, const Plant& nominal, int variant, RandomStream& random) {
+  Scene scene{nominal, {}, {}, random()};
+  scene.sampling.rate = draw_uniform(random, 0.0, 1.0) < 0.5 ? 100.0 : 200.0;
+  scene.sampling.noise = log_uniform(random, spec.lowest_noise, spec.highest_noise);
+  scene.sampling.jitter = draw_uniform(random, 0.0, 1.0) < 0.2;
+  scene.sampling.gap = draw_uniform(random, 0.0, 1.0) < 0.15;
+  if (draw_uniform(random, 0.0, 1.0) < 0.15)
+    scene.sampling.quantum = scene.sampling.noise * draw_uniform(random, 0.5, 1.5);
+  constexpr std::array<Task, 5> kTasks{Task::track, Task::multisine, Task::steps, Task::chirp, Task::release};
+  for (int r = 0; r <= kRecordings; ++r) {
+    const bool arm = joints(nominal) > 1;
+    const auto choice = static_cast<std::size_t>(draw_uniform(random, 0.0, arm ? 2.999 : 4.999));
+    scene.tasks.push_back(r == 0 ? Task::track : kTasks[choice]);
+  }
+  (void)variant;
+  return scene;
+}
+
+ordered_json spec_json(const std::string& name, const Plant& nominal, const std::vector<std::string>& free) {
+  const int n = joints(nominal);
+  ordered_json q = ordered_json::array(), u = ordered_json::array(), train = ordered_json::array();
+  for (int j = 0; j < n; ++j) {
+    q.push_back(numbered("q", j, n));
+    u.push_back(numbered("u", j, n));
+  }
+  for (int r = 1; r <= kRecordings; ++r) train.push_back("train" + std::to_string(r) + ".csv");
+  ordered_json model = json_value(Model{nominal});
+  if (!free.empty()) model["free"] = free;
+  return {{"name", name},
+          {"model", model},
+          {"signals", {{"time", "t"}, {"position", q}, {"input", u}}},
+          {"recordings", train},
+          {"held_out", {"test1.csv"}}};
+}
+
+ordered_json effect_truth(const Effect& effect, double size) {
+  ordered_json parameters = ordered_json::object();
+  std::visit(
+      [&]<class E>(const E& form) {
+        E::fields(form,
+                  [&](std::string_view name, double value, const Info&) { parameters[std::string(name)] = value; });
+      },
+      effect.form);
+  ordered_json object{
+      {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", parameters}};
+  if (effect.recording >= 0) object["recording"] = "train" + std::to_string(effect.recording + 1) + ".csv";
+  return object;
+}
+
+std::vector<Measured> to_measured(const std::vector<Recorded>& recorded) {
+  std::vector<Measured> data;
+  for (int r = 0; r < kRecordings; ++r) {
+    const Recorded& from = recorded[static_cast<std::size_t>(r)];
+    data.push_back({"train" + std::to_string(r + 1) + ".csv", from.time, from.position, from.input, 0.0, false});
+  }
+  return data;
+}
+
+/// The side-by-side case of docs/diagnosis.md: q'' = -9.81 sin q - 0.3 q' + 4 u + hidden.
+Case pysindy_case(const TrialSpec& spec, const Order& order) {
+  constexpr std::array<double, 5> kNoise{0.0, 1e-3, 3e-3, 1e-2, 3e-2};
+  RandomStream random = random_stream(spec.seed, order.name);
+  const Plant plant = Custom({{{"g", 9.81}, {"c", 0.3}, {"k", 4.0}}}, {"-g*sin(q) - c*v + k*u"}, {});
+  std::vector<Effect> effects;
+  const std::size_t hidden = static_cast<std::size_t>(order.variant) % 4,
+                    level = static_cast<std::size_t>(order.variant) / 4 % 5;
+  if (hidden == 1) effects.push_back({CoulombFriction{0.5}, 0, -1});
+  if (hidden == 2) effects.push_back({CoulombFriction{0.08}, 0, -1});
+  if (hidden == 3) effects.push_back({QuadraticDrag{0.15}, 0, -1});
+  Case result{order.name, "pysindy", spec_json(order.name, plant, {}), {}, {}};
+  result.spec["recordings"] = {"train1.csv"};
+  const Machine machine(plant, effects);
+  for (const char* file : {"train1.csv", "test1.csv"}) {
+    std::array<double, 6> frequency{}, amplitude{}, phase{};
+    for (std::size_t i = 0; i < 6; ++i) {
+      frequency[i] = draw_uniform(random, 0.1, 2.0);
+      amplitude[i] = draw_uniform(random, 0.4, 1.0);
+      phase[i] = draw_uniform(random, 0.0, 2.0 * std::numbers::pi);
+    }
+    constexpr int kSamples = 2000;
+    Recorded recorded{{}, {}, Eigen::MatrixXd(kSamples, 1), {}, {}};
+    for (int k = 0; k < kSamples; ++k) {
+      recorded.time.push_back(0.01 * k);
+      double u = 0.0;
+      for (std::size_t i = 0; i < 6; ++i)
+        u += amplitude[i] * std::sin(2.0 * std::numbers::pi * frequency[i] * 0.01 * k + phase[i]);
+      recorded.input(k, 0) = u;
+    }
+    StateVector start(2);
+    start << 0.5, 0.0;
+    recorded.position =
+        machine.run(start, recorded.time, machine.drives(recorded.time, recorded.input), 0, kSamples - 1, 1e-3);
+    const double deviation = std::sqrt((recorded.position.array() - recorded.position.mean()).square().mean());
+    for (double& q : recorded.position.reshaped()) q += kNoise[level] * deviation * draw_normal(random);
+    result.files.emplace_back(file, to_file(recorded));
+  }
+  ordered_json list = ordered_json::array();
+  for (const Effect& effect : effects) list.push_back(effect_truth(effect, 0.0));
+  result.truth = {
+      {"family", "pysindy"}, {"effects", list}, {"noise", kNoise[level]}, {"hidden", hidden}, {"plant", "custom"}};
+  return result;
+}
+
+}  // namespace
+
+std::vector<Order> orders(const TrialSpec& spec) {
+  std::vector<Order> list;
+  const std::vector<std::string_view>& names = effect_names();
+  for (std::size_t kind = 0; kind < names.size(); ++kind) {
+    for (int i = 0; i < spec.per_effect; ++i) {
+      list.push_back({"single_" + std::string(names[kind]) + "_" + std::to_string(i), "single", {kind}, i});
+    }
+  }
+  const auto add = [&](const std::string& family, int count) {
+    for (int i = 0; i < count; ++i) list.push_back({family + "_" + std::to_string(i), family, {}, i});
+  };
+  add("pair", spec.pairs);
+  add("triple", spec.triples);
+  add("outside", spec.outside);
+  add("nothing", spec.nothing);
+  if (spec.pysindy_cases) add("pysindy", 4 * 5 * std::max(1, spec.per_effect));
+  return list;
+}
+
+Case make_case(const TrialSpec& spec, const Order& order) {
+  if (order.family == "pysindy") return pysindy_case(spec, order);
+  RandomStream random = random_stream(spec.seed, order.name);
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    // Plants take turns; where an effect cannot show itself, or not at the size that was drawn, the next plant does.
+    const Plant nominal = draw_plant(order.variant + attempt / 3, random);
+    const int n = joints(nominal);
+    Scene scene = draw_scene(spec, nominal, order.variant, random);
+    Hidden machine{nominal, {}, {}, 0, 0.0};
+    const Eigen::VectorXd torque = [&] {
+      Eigen::VectorXd scale(n);
+      for (int j = 0; j < n; ++j) {
+        JointVector bent = JointVector::Zero(n);
+        bent[j] = 0.8;
+        const double inertia =
+            1.0 / motion(nominal, bent, JointVector::Zero(n), JointVector::Zero(n), 0.0).mobility(j, j);
+        scale[j] = std::abs(external_torque(nominal, bent)[j]) + 2.0 * inertia;
+      }
+      return scale;
+    }();
+    ordered_json truth{{"family", order.family},
+                       {"plant", name_of(nominal)},
+                       {"noise", std::hypot(scene.sampling.noise, scene.sampling.quantum / std::sqrt(12.0))},
+                       {"rate", scene.sampling.rate},
+                       {"effects", ordered_json::array()}};
+    std::vector<std::string> free;
+    bool good = true;
+
+    const auto input_scale = [&](int j) {
+      Hidden plain{nominal, {}, {}, 0, 0.0};
+      RandomStream first(scene.seed);
+      const std::optional<Recorded> recorded = record(plain, nominal, scene.tasks[0], scene.sampling, 0, first);
+      return recorded ? recorded->input.col(j).cwiseAbs().maxCoeff() : 1.0;
+    };
+    const auto add_effect = [&](std::size_t kind, int joint, double target) {
+      if (!applies(kind, nominal)) return false;
+      std::vector<double> shape;
+      for (int i = 0; i < 4; ++i) shape.push_back(draw_uniform(random, 0.0, 1.0));
+      const double input = input_scale(joint), range = std::holds_alternative<Mass>(nominal) ? 0.5 : 1.0;
+      const auto make = [&](double s) {
+        return draw_effect(kind, joint, s, shape, torque[joint], input, range, scene.sampling.duration);
+      };
+      const double strength = strength_for(target, [&](double s) {
+        return measured_size({nominal, {make(s)}, {}, 0, 0.0}, scene);
+      });
+      if (strength == 0.0) return false;
+      const Effect effect = make(strength);
+      if (const auto* friction = std::get_if<PositionDependentFriction>(&effect.form)) {
+        if (friction->amplitude > friction_of(nominal, joint)) return false;
+      }
+      machine.effects.push_back(effect);
+      truth["effects"].push_back(effect_truth(effect, target));
+      return true;
+    };
+
+    if (order.family == "single" || order.family == "pair" || order.family == "triple") {
+      const std::size_t count = order.family == "single" ? 1 : order.family == "pair" ? 2 : 3;
+      std::set<std::pair<std::size_t, int>> used;
+      while (good && machine.effects.size() < count) {
+        const std::size_t kind =
+            order.kinds.empty()
+                ? static_cast<std::size_t>(draw_uniform(random, 0.0, static_cast<double>(effect_names().size()) - 1e-9))
+                : order.kinds[0];
+        const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
+        if (!used.insert({kind, joint}).second) continue;
+        good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : 5.0, kLargest));
+      }
+    } else if (order.family == "outside") {
+      const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
+      const double range = std::holds_alternative<Mass>(nominal) ? 0.5 : 1.0;
+      std::vector<Invention> list = inventions(torque[joint], range, 3.0 * range, input_scale(joint), random);
+      machine.invention = list[static_cast<std::size_t>(order.variant) % list.size()];
+      machine.invention_joint = joint;
+      const double target = log_uniform(random, 5.0, kLargest);
+      machine.amplitude = strength_for(target, [&](double s) {
+        Hidden tried = machine;
+        tried.amplitude = s;
+        return measured_size(tried, scene);
+      });
+      good = machine.amplitude > 0.0;
+      truth["outside"] = {{"name", machine.invention->name},
+                          {"cause", machine.invention->cause},
+                          {"joint", joint + 1},
+                          {"size", target}};
+    } else {  // nothing: one third with a wrong parameter that is free
+      const double wrong = order.variant % 3 == 0 ? draw_uniform(random, 0.7, 1.4) : 1.0;
+      truth["wrong_parameter"] = wrong != 1.0;
+      if (wrong != 1.0) {
+        const std::vector<std::string> names = parameter_names(nominal);
+        std::vector<std::string> candidates;
+        for (const std::string& name : names) {
+          for (const char* meant : {"friction", "friction1", "mass", "mass2", "c"}) {
+            if (name == meant && parameter(nominal, name) != 0.0) candidates.push_back(name);
+          }
+        }
+        free.push_back(candidates[static_cast<std::size_t>(
+            draw_uniform(random, 0.0, static_cast<double>(candidates.size()) - 1e-9))]);
+        set_parameter(machine.plant, free[0], parameter(nominal, free[0]) * wrong);
+        truth["free"] = free[0];
+      }
+    }
+    if (!good) continue;
+    const std::vector<Recorded> recorded = record_all(machine, scene, kRecordings + 1);
+    if (recorded.empty()) continue;
+    if (order.family == "outside") {
+      std::vector<std::size_t> all;
+      for (std::size_t i = 0; i < effect_names().size(); ++i) all.push_back(i);
+      const std::vector<Measured> data = to_measured(recorded);
+      const Explanation best = explain(nominal, data, ExplainOptions{all, {}});
+      truth["outside"]["distance"] = best.excess(best.best().fit);
+      if (best.excess(best.best().fit) < kOutside) continue;
+    }
+    Case result{order.name, order.family, spec_json(order.name, nominal, free), {}, truth};
+    for (int r = 0; r <= kRecordings; ++r) {
+      const std::string file = r < kRecordings ? "train" + std::to_string(r + 1) + ".csv" : "test1.csv";
+      result.files.emplace_back(file, to_file(recorded[static_cast<std::size_t>(r)]));
+    }
+    return result;
+  }
+  return {order.name,
+          order.family,
+          {},
+          {},
+          {{"family", order.family}, {"skipped", "no draw had the size that was asked for"}}};
+}
+
+}  // namespace bayesctrl::trial

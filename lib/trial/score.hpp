@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace bayesctrl::trial {
+
+/// One diagnosed case beside its truth.
+struct Scored {
+  std::string name, family, label;  // label: the effect, the invention, or the family
+  double size = 0.0, noise = 0.0;   // smallest of the effects; noise of the sensor
+  bool detected = false;
+  bool named = false;      // alone, or ambiguous or indistinguishable with at most three sets, the truth among them
+  bool confident = false;  // verdict `named`
+  bool declined = false;   // verdict `unknown`
+  bool wrong = false;      // verdict `named`, another set
+  double probability = 0.0;
+  bool channel = false, joint = false, cause = false;
+  int covered = 0, parameters = 0;                // 95 % intervals of named effects that hold the truth
+  double before = 0.0, refit = 0.0, after = 0.0;  // held out, over the noise
+  double step_error = -1.0;                       // s, of a torque_step's interval; -1: none
+  double seconds = 0.0;
+  std::string verdict, said;
+  nlohmann::ordered_json detail;
+};
+
+Scored score(const std::string& name, const nlohmann::ordered_json& truth, const nlohmann::ordered_json& diagnosis);
+
+/// All tables of the trial in Markdown, and the figures as JSON.
+std::string tables(const std::vector<Scored>& cases);
+nlohmann::ordered_json summary(const std::vector<Scored>& cases);
+
+}  // namespace bayesctrl::trial

@@ -1,0 +1,194 @@
+#include "trial/trial.hpp"
+
+#include <openssl/evp.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "base/error.hpp"
+#include "base/format.hpp"
+#include "io/emit.hpp"
+#include "io/files.hpp"
+#include "io/table.hpp"
+#include "trial/cases.hpp"
+#include "trial/score.hpp"
+
+extern char** environ;
+
+namespace bayesctrl {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+using trial::Scored;
+
+std::string sha256(std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
+    throw IoError("SHA-256 failed");
+  }
+  std::string hex;
+  for (unsigned i = 0; i < size; ++i) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    hex += kDigits[digest[i] >> 4];
+    hex += kDigits[digest[i] & 15];
+  }
+  return hex;
+}
+
+/// A process of its own that sees spec and recordings only. True if it succeeded.
+bool diagnose_apart(const fs::path& program, const fs::path& spec, const fs::path& out) {
+  std::vector<std::string> words{program.string(), "diagnose", spec.string(), "--out", out.string(), "--quiet"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t pid = 0;
+  if (posix_spawn(&pid, program.c_str(), nullptr, nullptr, argv.data(), environ) != 0) {
+    throw IoError("cannot start " + program.string());
+  }
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// Calls work(i) for each i from several threads.
+void in_parallel(std::size_t count, int workers, const std::function<bool()>& interrupted,
+                 const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  std::vector<std::thread> threads;
+  for (int w = 0; w < std::max(1, workers); ++w) {
+    threads.emplace_back([&] {
+      for (std::size_t i = next++; i < count && !interrupted(); i = next++) {
+        try {
+          work(i);
+        } catch (...) {
+          const std::lock_guard lock(mutex);
+          failure = std::current_exception();
+          next = count;
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+Table table_of(const std::vector<Scored>& cases) {
+  Table table;
+  const auto add = [&](const std::string& name, const std::function<Cell(const Scored&)>& cell) {
+    std::vector<Cell> cells;
+    for (const Scored& s : cases) cells.push_back(cell(s));
+    table.columns.push_back({name, "", std::move(cells)});
+  };
+  const auto flag = [](bool yes) { return Cell(std::int64_t{yes}); };
+  add("case", [](const Scored& s) { return Cell(s.name); });
+  add("family", [](const Scored& s) { return Cell(s.family); });
+  add("truth", [](const Scored& s) { return Cell(s.label); });
+  add("size", [](const Scored& s) { return Cell(s.size); });
+  add("noise", [](const Scored& s) { return Cell(s.noise); });
+  add("verdict", [](const Scored& s) { return Cell(s.verdict); });
+  add("said", [](const Scored& s) { return Cell(s.said); });
+  add("probability", [](const Scored& s) { return Cell(s.probability); });
+  add("detected", [&](const Scored& s) { return flag(s.detected); });
+  add("named", [&](const Scored& s) { return flag(s.named); });
+  add("wrong", [&](const Scored& s) { return flag(s.wrong); });
+  add("channel", [&](const Scored& s) { return flag(s.channel); });
+  add("joint", [&](const Scored& s) { return flag(s.joint); });
+  add("cause", [&](const Scored& s) { return flag(s.cause); });
+  add("covered", [](const Scored& s) { return Cell(std::int64_t{s.covered}); });
+  add("parameters", [](const Scored& s) { return Cell(std::int64_t{s.parameters}); });
+  add("before", [](const Scored& s) { return Cell(s.before); });
+  add("refit", [](const Scored& s) { return Cell(s.refit); });
+  add("after", [](const Scored& s) { return Cell(s.after); });
+  add("seconds", [](const Scored& s) { return Cell(s.seconds); });
+  return table;
+}
+
+}  // namespace
+
+TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const fs::path& program, int workers,
+                      const std::function<void(const std::string&)>& say, const std::function<bool()>& interrupted) {
+  const std::vector<trial::Order> orders = trial::orders(spec);
+  say("drawing " + std::to_string(orders.size()) + " machines with seed " + std::to_string(spec.seed));
+  std::vector<ordered_json> truths(orders.size());
+  std::vector<char> made(orders.size(), 0);
+  in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
+    const trial::Case one = trial::make_case(spec, orders[i]);
+    truths[i] = one.truth;
+    if (one.files.empty()) return;
+    FileBatch batch;
+    const fs::path place = folder / "cases" / one.name;
+    batch.add(place / "spec.yaml", to_yaml(one.spec));
+    for (const auto& [file, csv] : one.files) batch.add(place / file, csv);
+    batch.commit();
+    made[i] = 1;
+  });
+  if (interrupted()) return {};
+  ordered_json all = ordered_json::object();
+  for (std::size_t i = 0; i < orders.size(); ++i) all[orders[i].name] = truths[i];
+  const std::string sealed = all.dump(1) + "\n";
+  say("truth sealed, SHA-256 " + sha256(sealed));
+  write_file(folder / "truth.json", sealed);
+
+  say("diagnosing in " + std::to_string(workers) + " processes");
+  std::vector<char> done(orders.size(), 0);
+  std::atomic<int> finished{0};
+  in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
+    if (made[i] == 0) return;
+    const fs::path place = folder / "cases" / orders[i].name;
+    done[i] = diagnose_apart(program, place / "spec.yaml", folder / "diagnoses" / orders[i].name);
+    if (const int count = ++finished; count % 50 == 0) say(std::to_string(count) + " diagnosed");
+  });
+  if (interrupted()) return {};
+
+  const ordered_json truth = ordered_json::parse(read_file(folder / "truth.json", std::size_t{1} << 30));
+  std::vector<Scored> scored;
+  int skipped = 0, failed = 0;
+  for (std::size_t i = 0; i < orders.size(); ++i) {
+    if (made[i] == 0) {
+      ++skipped;
+      continue;
+    }
+    if (done[i] == 0) {
+      ++failed;
+      say("failed: " + orders[i].name);
+      continue;
+    }
+    const ordered_json diagnosis =
+        ordered_json::parse(read_file(folder / "diagnoses" / orders[i].name / "diagnosis.json", std::size_t{1} << 28));
+    Scored one = trial::score(orders[i].name, truth[orders[i].name], diagnosis);
+    if (one.family == "pysindy") {
+      constexpr std::array<const char*, 4> kHidden{"nothing", "Coulomb friction 0.5", "Coulomb friction 0.08",
+                                                   "quadratic drag 0.15"};
+      const std::size_t hidden = truth[orders[i].name]["hidden"];
+      one.detail = {{"hidden", kHidden[hidden]},
+                    {"noise", one.noise},
+                    {"right", hidden == 0 ? one.verdict == "nothing_missing" : one.confident && !one.wrong}};
+    }
+    scored.push_back(std::move(one));
+  }
+  TrialResult result;
+  result.summary = trial::summary(scored);
+  result.summary["seed"] = spec.seed;
+  result.summary["failed"] = failed;
+  result.summary["not drawn"] = skipped;
+  result.summary["truth sha256"] = sha256(sealed);
+  result.markdown = "# Trial on concealed effects, seed " + std::to_string(spec.seed) + "\n\n" + trial::tables(scored);
+  FileBatch batch;
+  batch.add(folder / "summary.json", result.summary.dump(2) + "\n");
+  batch.add(folder / "table.md", result.markdown);
+  batch.add(folder / "cases.csv", to_csv(table_of(scored), 6));
+  batch.commit();
+  return result;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/fields.hpp"
+
+namespace bayesctrl {
+
+/// A proof on concealed effects: machines with something hidden are drawn and recorded, the truth is sealed, and a
+/// separate process that is given nothing but spec and recordings says what it is.
+struct TrialSpec {
+  static constexpr std::string_view kName = "trial";
+  std::string name = "trial";
+  std::uint64_t seed = 1;
+  int per_effect = 10;
+  int pairs = 60;
+  int triples = 40;
+  int outside = 60;
+  int nothing = 150;
+  double lowest_noise = 1e-4;
+  double highest_noise = 5e-3;
+  bool pysindy_cases = true;
+
+  static void fields(auto& self, auto&& field) {
+    field("name", self.name, {.text = "any text; the results' folder is made of it"});
+    field("seed", self.seed, {.text = "of all draws"});
+    field("per_effect", self.per_effect, {between(0, 10000), "", "cases for each effect of the catalogue"});
+    field("pairs", self.pairs, {between(0, 100000), "", "cases with two hidden effects"});
+    field("triples", self.triples, {between(0, 100000), "", "cases with three hidden effects"});
+    field("outside", self.outside, {between(0, 100000), "", "cases with an effect that is in no catalogue"});
+    field("nothing", self.nothing, {between(0, 100000), "", "cases in which nothing is missing"});
+    field("lowest_noise", self.lowest_noise, {kPositive, "rad or m", "of the sensor"});
+    field("highest_noise", self.highest_noise, {kPositive, "rad or m", "of the sensor"});
+    field("pysindy_cases", self.pysindy_cases, {.text = "the side-by-side cases of docs/diagnosis.md as well"});
+  }
+};
+
+struct TrialResult {
+  nlohmann::ordered_json summary;  // figures of all tables
+  std::string markdown;            // the tables
+};
+
+/// Draws, records, seals, diagnoses in `workers` processes of `program`, scores, writes everything into `folder`.
+/// `say` gets one line after another. Throws IoError.
+TrialResult run_trial(const TrialSpec& spec, const std::filesystem::path& folder, const std::filesystem::path& program,
+                      int workers, const std::function<void(const std::string&)>& say,
+                      const std::function<bool()>& interrupted);
+
+}  // namespace bayesctrl
