@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <set>
+#include <cstdio>
+#include <cstdlib>
 
 #include "base/format.hpp"
 #include "diagnose/discrepancy.hpp"
@@ -24,6 +25,7 @@ using nlohmann::ordered_json;
 constexpr double kSignificant = 1e-4;   // p-value of what the best explanation leaves
 constexpr double kNothing = 1e-5;       // p-value of the nominal alone, where no effect explains anything
 constexpr double kMaterial = 0.1;       // of the refit nominal's error
+constexpr double kEarned = 0.0;         // nats by which effects beside a remainder must beat it alone
 constexpr double kConfident = 0.9;      // probability, below which the verdict is `ambiguous`
 constexpr double kInseparable = 3.0;    // nats
 constexpr double kShown = 1e-4;         // probability of an alternative that is listed
@@ -524,35 +526,43 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   // Verdict.
   const bool named_something = !best.effects.empty();
   const bool significant = p_best < (named_something ? kSignificant : kNothing);
-  const double share = explanation.excess(best) / std::max(explanation.excess(empty), 1e-12);
-  Verdict verdict = Verdict::nothing_missing;
+  const std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
+  const Corrected before{nominal, {}, {}}, refit{empty.plant, {}, {}};
   const Alike alike = find_alike(explanation, joints);
-  std::vector<Effect> beside;
-  const Discrepancy discrepancy(about, data);
-  Corrected corrected{best.plant, best.effects, {}};
+  const Discrepancy discrepancy(*explanation.measured, data);
+  const Cleared missing = without_free(*explanation.measured, nominal, data, spec.free);
+  Verdict verdict = named_something ? Verdict::named : Verdict::nothing_missing;
+  Fit said_fit = best;  // the model that is stated
   Remainder remainder;
   Discrepancy::Dependence left;
+  double share = 0.0;
   if (significant) {
-    left = discrepancy.dependence(best.residual);
-    const Discrepancy::Beside odds =
-        named_something ? discrepancy.beside(about.dictionary.columns, about.response->target(), options.penalty)
-                        : Discrepancy::Beside{};
-    const bool earned = odds.log_odds > 0.0;
-    if (!named_something || share > kMaterial || !earned)
-      verdict = Verdict::unknown;
-    else
-      verdict = alike.probability >= kConfident ? Verdict::named : Verdict::ambiguous;
-    if (verdict == Verdict::unknown && (!earned || !named_something)) {
+    const auto beyond_noise = [&](const Fit& f) {
+      const double rms = free_runs({f.plant, f.effects, {}}, data, smoothed, spec.horizon, false).rms;
+      return std::sqrt(std::max(0.0, rms * rms - explanation.noise.squaredNorm() / joints));
+    };
+    share = beyond_noise(best) / std::max(beyond_noise(empty), 1e-300);
+    Discrepancy::Beside odds;
+    if (named_something) odds = discrepancy.beside(missing.columns, missing.target, options.penalty);
+    if (!named_something || odds.log_odds <= kEarned) {
       // Effects that do not earn their place are not said; the remainder stands for all that is missing.
-      left = discrepancy.dependence(empty.residual);
-      corrected = {empty.plant, {}, {}};
-      remainder = discrepancy.remainder(empty.residual, left.shares, left.joint);
+      verdict = Verdict::unknown;
+      said_fit = empty;
+      left = discrepancy.dependence(missing.target);
+      remainder = discrepancy.remainder(missing.target, left.shares, left.joint);
     } else {
-      remainder = discrepancy.remainder(best.residual, left.shares, left.joint);
+      if (share > kMaterial) verdict = Verdict::unknown;
+      const Discrepancy about_best(about, data);
+      left = about_best.dependence(best.residual);
+      remainder = about_best.remainder(best.residual, left.shares, left.joint);
     }
-  } else if (named_something) {
-    verdict = alike.probability >= kConfident ? Verdict::named : Verdict::ambiguous;
+    if (std::getenv("BAYESCTRL_DEBUG") != nullptr) {
+      std::fprintf(stderr, "p_best %g share %g log_odds %g left.explained %g\n", p_best, share, odds.log_odds,
+                   left.explained);
+    }
   }
+  if (verdict == Verdict::named && alike.probability < kConfident) verdict = Verdict::ambiguous;
+  const Corrected corrected{said_fit.plant, said_fit.effects, {}};
   const bool say_effects = !corrected.effects.empty();
   const bool parameters_explain = verdict == Verdict::nothing_missing && p_given < kNothing && !spec.free.empty();
   const bool detected = verdict != Verdict::nothing_missing || parameters_explain;
@@ -563,7 +573,6 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   mismatch["detected"] = detected;
   mismatch["p_value"] = p_given;
   mismatch["explained_by_parameters"] = parameters_explain;
-  const std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
   if (detected) {
     for (const Interval& interval : significant_times(explanation, data, smoothed)) {
       mismatch["time"].push_back({{"recording", data[interval.recording].name},
@@ -571,7 +580,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
                                   {"to", data[interval.recording].start + interval.to},
                                   {"score", interval.score}});
     }
-    const Discrepancy::Dependence whole = discrepancy.dependence(empty.residual);
+    const Discrepancy::Dependence whole = discrepancy.dependence(missing.target);
     mismatch["depends_on"] = shares_json(whole.shares);
     mismatch["joint"] = whole.joint + 1;
     const auto lead = std::max_element(whole.shares.begin(), whole.shares.end()) - whole.shares.begin();
@@ -619,7 +628,6 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   }
 
   // Fit on the training recordings.
-  const Corrected before{nominal, {}, {}}, refit{empty.plant, {}, {}};
   Corrected after = corrected;
   if (verdict == Verdict::unknown) after.remainder = remainder;
   if (verdict == Verdict::nothing_missing) after = refit;
@@ -649,7 +657,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     json["fit"]["held_out"] = report(test, smooth_all(nominal, test, explanation.noise), true, "held_out");
   }
   result.missing_torque = torque_table(data, smoothed);
-  result.model = model_json(spec, after, best);
+  result.model = model_json(spec, after, said_fit);
   finish();
   (void)p_empty;
   return result;

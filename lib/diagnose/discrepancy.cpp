@@ -8,10 +8,11 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 14;         // along each input
+constexpr int kBumps = 36;         // along each input
 constexpr int kStateBumps = 7;     // along each side of the grid over position and velocity
 constexpr double kTimeStep = 0.2;  // s between bumps in time, the same in all recordings
 constexpr double kSlowStep = 3.0;  // s between bumps in the time of one recording
+constexpr std::size_t kKinds = 3;  // of discrepancy that effects are weighed against
 constexpr double kPriorShare = 0.2;
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 
@@ -198,38 +199,56 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Shares& sh
 
 Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
                                         double penalty) const {
+  // Kinds of discrepancy: one cause alone, or all together; those that suit the target best.
+  struct Kind {
+    Eigen::MatrixXd columns;
+    double log_evidence;
+  };
+  std::vector<Kind> kinds;
   Eigen::Index count = 0;
   for (const Group& group : groups_) count += group.columns.cols();
   Eigen::MatrixXd all(target.size(), count);
   count = 0;
   for (const Group& group : groups_) {
-    all.middleCols(count, group.columns.cols()) = ridge(group.columns, target).scale * group.columns;
+    const Ridge fit = ridge(group.columns, target);
+    kinds.push_back({fit.scale * group.columns, fit.log_evidence});
+    all.middleCols(count, group.columns.cols()) = kinds.back().columns;
     count += group.columns.cols();
   }
-  // all = U sqrt(lambda) V': the covariance 1 + scale^2 all all' is whitened along U alone.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(all.transpose() * all);
-  const double least = 1e-9 * std::max(1.0, solver.eigenvalues().maxCoeff());
-  Eigen::Index kept = 0;
-  while (kept < count && solver.eigenvalues()[count - 1 - kept] > least) ++kept;
-  const Eigen::ArrayXd lambda = solver.eigenvalues().tail(kept).array();
-  const Eigen::MatrixXd u = all * solver.eigenvectors().rightCols(kept) * lambda.sqrt().inverse().matrix().asDiagonal();
-  const Eigen::MatrixXd along = u.transpose() * columns;
-  const Eigen::VectorXd along_target = u.transpose() * target;
-  double alone = -kInfinity, with = -kInfinity;
+  const Ridge together = ridge(all, target);
+  kinds.push_back({together.scale * all, together.log_evidence});
+  std::sort(kinds.begin(), kinds.end(), [](const Kind& a, const Kind& b) { return a.log_evidence > b.log_evidence; });
+  kinds.resize(std::min<std::size_t>(kinds.size(), kKinds));
+
   Beside best;
-  for (const double scale : {0.0, 0.03, 0.1, 0.3, 1.0, 3.0}) {
-    const Eigen::ArrayXd variance = 1.0 + scale * scale * lambda;
-    const Eigen::ArrayXd shrink = 1.0 - variance.sqrt().inverse();
-    const Eigen::VectorXd y = target - u * (shrink * along_target.array()).matrix();
-    const Eigen::MatrixXd white = columns - u * (shrink.matrix().asDiagonal() * along);
-    const double base = -0.5 * (y.squaredNorm() + variance.log().sum());
+  double alone = 0.0, with = -kInfinity;  // less the evidence of white noise alone
+  const auto consider = [&](const Eigen::MatrixXd& white, const Eigen::VectorXd& y, double base) {
     alone = std::max(alone, base);
-    const std::vector<Finding> findings =
-        screen(about_.dictionary, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
-    for (const Finding& finding : findings) {
+    const Screen screen(about_.dictionary, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
+    for (const Finding& finding : screen.all()) {
       if (finding.suspects.empty() || base + finding.log_evidence <= with) continue;
       with = base + finding.log_evidence;
       best.effects = finding.effects(about_.dictionary);
+    }
+  };
+  consider(columns, target, 0.0);
+  for (const Kind& kind : kinds) {
+    // columns = U sqrt(lambda) V': the covariance 1 + scale^2 columns columns' is whitened along U alone.
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(kind.columns.transpose() * kind.columns);
+    const double least = 1e-9 * std::max(1.0, solver.eigenvalues().maxCoeff());
+    Eigen::Index kept = 0;
+    while (kept < kind.columns.cols() && solver.eigenvalues()[kind.columns.cols() - 1 - kept] > least) ++kept;
+    const Eigen::ArrayXd lambda = solver.eigenvalues().tail(kept).array();
+    const Eigen::MatrixXd u =
+        kind.columns * solver.eigenvectors().rightCols(kept) * lambda.sqrt().inverse().matrix().asDiagonal();
+    const Eigen::MatrixXd along = u.transpose() * columns;
+    const Eigen::VectorXd along_target = u.transpose() * target;
+    for (const double scale : {0.1, 1.0}) {
+      const Eigen::ArrayXd variance = 1.0 + scale * scale * lambda;
+      const Eigen::ArrayXd shrink = 1.0 - variance.sqrt().inverse();
+      const Eigen::VectorXd y = target - u * (shrink * along_target.array()).matrix();
+      const Eigen::MatrixXd white = columns - u * (shrink.matrix().asDiagonal() * along);
+      consider(white, y, 0.5 * (target.squaredNorm() - y.squaredNorm() - variance.log().sum()));
     }
   }
   best.log_odds = with - alone;

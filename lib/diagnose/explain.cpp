@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
 
 #include "base/error.hpp"
@@ -15,6 +17,8 @@ namespace {
 constexpr double kFloor = 1e-5;        // of the positions' response to the nominal: below it, numerics
 constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
+constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
+constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
 constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
 constexpr int kRounds = 3;             // of linearisation
 
@@ -29,37 +33,16 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
   return result;
 }
 
-/// Removes from the columns and the target what the free parameters can do.
-struct Cleared {
-  Eigen::MatrixXd columns;
-  Eigen::VectorXd target;
-};
-
-Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
-                     const std::vector<std::string>& free) {
-  Cleared result{about.dictionary.columns, about.response->target()};
-  if (free.empty()) return result;
-  Eigen::MatrixXd basis(about.response->rows(), static_cast<Eigen::Index>(free.size()));
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
-    Plant higher = plant, lower = plant;
-    set_parameter(higher, free[i], value + step);
-    set_parameter(lower, free[i], std::max(value - step, 0.0) == 0.0 && value >= 0.0 ? value : value - step);
-    std::vector<Eigen::MatrixXd> acceleration;
-    for (std::size_t r = 0; r < data.size(); ++r) {
-      acceleration.push_back((about.excitation->acceleration(higher, r) - about.excitation->acceleration(lower, r))
-                                 .transpose()
-                                 .reshaped() /
-                             step);
-    }
-    basis.col(static_cast<Eigen::Index>(i)) = about.response->responses(acceleration);
-    basis.col(static_cast<Eigen::Index>(i)).normalize();
-  }
-  const Eigen::MatrixXd q =
-      basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
-  result.columns -= (q * (q.transpose() * result.columns)).eval();
-  result.target -= (q * (q.transpose() * result.target)).eval();
-  return result;
+/// Puts the simpler law of which a law is an extension in its place.
+bool simplify(EffectForm& form) {
+  std::optional<EffectForm> simpler;
+  std::visit(
+      [&](const auto& held) {
+        if constexpr (requires { held.simpler(); }) simpler = held.simpler();
+      },
+      form);
+  if (simpler) form = *simpler;
+  return simpler.has_value();
 }
 
 /// Fits by the set that they are of; the best of several attempts is kept.
@@ -91,7 +74,13 @@ class Fits {
     return find(name);
   }
 
-  /// All subsets of the best candidates.
+  /// Every set gets two starts: one from the screen, one from a larger set or another motion.
+  bool tried(const std::string& name) const {
+    const auto at = tried_.find(name);
+    return at != tried_.end() && at->second >= 2;
+  }
+
+  /// All subsets of the best candidates, and those in which a law gives way to a simpler one.
   void add_subsets() {
     for (bool grew = true; grew;) {
       grew = false;
@@ -99,10 +88,12 @@ class Fits {
       for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
         const std::vector<Effect> effects = best[i]->effects;
         for (std::size_t drop = 0; drop < effects.size(); ++drop) {
-          std::vector<Effect> fewer = effects;
+          std::vector<Effect> fewer = effects, simpler = effects;
           fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
-          if (!tried_.contains(key(fewer))) {
-            add(fewer);
+          const bool has_simpler = simplify(simpler[drop].form);
+          for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
+            if (!exists || tried_.contains(key(set))) continue;
+            add(set);
             grew = true;
           }
         }
@@ -128,7 +119,7 @@ class Fits {
   const ExplainOptions& options_;
   std::shared_ptr<Linearisation> about_;
   std::map<std::string, Fit> fits_, stale_;
-  std::map<std::string, bool> tried_;
+  std::map<std::string, int> tried_;
 };
 
 double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {
@@ -138,6 +129,33 @@ double fast_rows(const LinearResponse& response, const std::vector<Segment>& win
 }
 
 }  // namespace
+
+Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                     const std::vector<std::string>& free) {
+  Cleared result{about.dictionary.columns, about.response->target()};
+  if (free.empty()) return result;
+  Eigen::MatrixXd basis(about.response->rows(), static_cast<Eigen::Index>(free.size()));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
+    Plant higher = plant, lower = plant;
+    set_parameter(higher, free[i], value + step);
+    set_parameter(lower, free[i], std::max(value - step, 0.0) == 0.0 && value >= 0.0 ? value : value - step);
+    std::vector<Eigen::MatrixXd> acceleration;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      acceleration.push_back((about.excitation->acceleration(higher, r) - about.excitation->acceleration(lower, r))
+                                 .transpose()
+                                 .reshaped() /
+                             step);
+    }
+    basis.col(static_cast<Eigen::Index>(i)) = about.response->responses(acceleration);
+    basis.col(static_cast<Eigen::Index>(i)).normalize();
+  }
+  const Eigen::MatrixXd q =
+      basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
+  result.columns -= (q * (q.transpose() * result.columns)).eval();
+  result.target -= (q * (q.transpose() * result.target)).eval();
+  return result;
+}
 
 std::string label(const Effect& effect, int joints) {
   std::string text(name_of(effect.form));
@@ -198,14 +216,17 @@ Explanation explain(const Plant& nominal, const std::vector<Measured>& data, con
   }
 
   Fits fits(nominal, data, options);
+  std::vector<std::vector<Effect>> kept;  // the best sets of the round before
   for (int round = 0; round < kRounds; ++round) {
     std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
     result.rows = static_cast<double>(about->response->rows());
     fits.about(about);
+    if (round == 0) result.measured = about;
+    for (const std::vector<Effect>& effects : kept) fits.add(effects);
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
     const Cleared cleared = without_free(*about, nominal, data, options.free);
-    const std::vector<Finding> findings =
-        screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
+    const Screen screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
+    const std::vector<Finding> findings = screen.all();
     std::array<int, 4> of_size{};
     int total = 0;
     for (const Finding& finding : findings) {
@@ -219,6 +240,23 @@ Explanation explain(const Plant& nominal, const std::vector<Measured>& data, con
       fits.add(finding.effects(about->dictionary));
     }
     fits.add_subsets();
+    // From the best so far to its neighbours, until none is better.
+    for (std::string before; before != key(fits.ranked().front()->effects);) {
+      const Fit best = *fits.ranked().front();
+      before = key(best.effects);
+      if (best.effects.empty()) break;
+      double first = -kInfinity;
+      int tried = 0;
+      for (const Finding& finding : screen.neighbours(best.effects)) {
+        first = std::max(first, finding.log_evidence);
+        if (tried >= options.neighbours || finding.log_evidence < first - kHopeless) break;
+        std::vector<Effect> effects = finding.effects(about->dictionary);
+        if (fits.tried(key(effects))) continue;
+        ++tried;
+        fits.add(std::move(effects));
+      }
+      fits.add_subsets();
+    }
 
     const std::vector<const Fit*> ranked = fits.ranked();
     result.candidates.clear();
@@ -230,7 +268,16 @@ Explanation explain(const Plant& nominal, const std::vector<Measured>& data, con
     }
     for (Candidate& candidate : result.candidates) candidate.probability /= sum;
     result.linearisation = about;
-    if (result.p_value(result.best().fit) > kRelinearise || round + 1 == kRounds) break;
+    if (std::getenv("BAYESCTRL_DEBUG") != nullptr) {
+      for (const Fit* f : ranked) {
+        std::fprintf(stderr, "  %d %9.2f T %.3f %s\n", round, f->log_evidence, f->squares / result.rows,
+                     key(f->effects).c_str());
+      }
+    }
+    const double left = result.excess(result.best().fit);
+    if (result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) break;
+    kept.clear();
+    for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
     const FitProblem problem{nominal, options.free, data, *about->response, *about->excitation, options.penalty};
     paths = simulated(problem, result.best().fit, about->paths);
   }

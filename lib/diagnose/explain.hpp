@@ -25,6 +25,7 @@ struct Candidate {
 struct Explanation {
   std::vector<Candidate> candidates;             // most probable first; the empty set is among them
   std::shared_ptr<Linearisation> linearisation;  // about the most probable
+  std::shared_ptr<Linearisation> measured;       // about the smoothed recordings, whatever explains them
   Eigen::VectorXd noise;                         // standard deviation per joint
   double rows = 0.0;                             // of the residuals
   double fast_rows = 0.0;                        // from which the noise is known
@@ -45,11 +46,20 @@ struct ExplainOptions {
   double window = 2.0;               // s
   double penalty = 3.0;              // nats per effect
   int refined = 8;                   // findings of the screen that are fitted, at least
+  int neighbours = 6;                // sets next to the best one that are fitted in each round
 };
 
 /// Stages 1 to 5: noise, motion, screen of all sets of up to three effects, fits of the most promising and of all their
 /// subsets. Throws NumericalError where the nominal cannot be simulated.
 Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
+
+/// The dictionary's columns and the target of a linearisation without what the free parameters can do.
+struct Cleared {
+  Eigen::MatrixXd columns;
+  Eigen::VectorXd target;
+};
+Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                     const std::vector<std::string>& free);
 
 /// "coulomb_friction", in a machine of several joints "coulomb_friction@2".
 std::string label(const Effect& effect, int joints);

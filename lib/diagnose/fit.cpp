@@ -209,7 +209,10 @@ void list_unknowns(const FitProblem& problem, Fit& fit) {
       if (name == "time") unknown.step = 2.0 * period;
       if (name == "delay") unknown.step = std::max(0.5 * period, 0.05 * value);
       if (name == "order" || name == "frequency") unknown.step = 1e-3;
-      if (name == "order") unknown.low = 0.5;
+      if (name == "order") {  // of the catalogue; slower ones are springs
+        unknown.low = 2.0;
+        unknown.high = 30.0;
+      }
       if (name == "frequency") unknown.high = std::numbers::pi / period;
       if (name == "time") {
         unknown.low = 0.0;

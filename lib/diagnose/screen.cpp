@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <set>
 
 namespace bayesctrl {
 
@@ -17,141 +17,137 @@ constexpr Eigen::Index kBatch = 64;
 using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostColumns, kMostColumns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostColumns, 1>;
 
-struct Value {
+bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
+
+}  // namespace
+
+struct Screen::Value {
   double log_evidence = -kInfinity;
   SmallVector coefficients;
   double explained = 0.0;
 };
 
-/// Evidence of sets from inner products alone.
-class Search {
- public:
-  Search(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
-         const ScreenOptions& options)
-      : dictionary_(dictionary), options_(options), g_(columns.transpose() * target) {
-    gram_ = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
-    gram_.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-    gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
+Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+               const ScreenOptions& options)
+    : dictionary_(dictionary), options_(options), g_(columns.transpose() * target) {
+  gram_ = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  gram_.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
+}
+
+Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
+  std::array<int, kMostColumns> index{};
+  std::array<bool, kMostColumns> bounded{}, active{};
+  int count = 0;
+  for (const Atom* atom : atoms) {
+    for (const int column : atom->columns) {
+      bounded[static_cast<std::size_t>(count)] = atom->sign > 0;
+      active[static_cast<std::size_t>(count)] = true;
+      index[static_cast<std::size_t>(count++)] = column;
+    }
   }
-
-  Value value(std::span<const Atom* const> atoms) const {
-    std::array<int, kMostColumns> index{};
-    std::array<bool, kMostColumns> bounded{}, active{};
-    int count = 0;
-    for (const Atom* atom : atoms) {
-      for (const int column : atom->columns) {
-        bounded[static_cast<std::size_t>(count)] = atom->sign > 0;
-        active[static_cast<std::size_t>(count)] = true;
-        index[static_cast<std::size_t>(count++)] = column;
-      }
+  Value result;
+  result.coefficients = SmallVector::Zero(count);
+  for (int round = 0; round <= count; ++round) {
+    std::array<int, kMostColumns> used{};
+    int size = 0;
+    for (int i = 0; i < count; ++i) {
+      if (active[static_cast<std::size_t>(i)]) used[static_cast<std::size_t>(size++)] = i;
     }
-    Value result;
-    result.coefficients = SmallVector::Zero(count);
-    for (int round = 0; round <= count; ++round) {
-      std::array<int, kMostColumns> used{};
-      int size = 0;
-      for (int i = 0; i < count; ++i) {
-        if (active[static_cast<std::size_t>(i)]) used[static_cast<std::size_t>(size++)] = i;
+    if (size == 0) return {};
+    Small system(size, size);
+    SmallVector rhs(size);
+    for (int a = 0; a < size; ++a) {
+      const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
+      rhs[a] = g_[ia];
+      for (int b = 0; b <= a; ++b) {
+        system(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
       }
-      if (size == 0) return {};
-      Small system(size, size);
-      SmallVector rhs(size);
-      for (int a = 0; a < size; ++a) {
-        const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
-        rhs[a] = g_[ia];
-        for (int b = 0; b <= a; ++b) {
-          system(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
-        }
-        system(a, a) += 1.0;
-      }
-      Small factor = system;
-      double log_det = 0.0;
-      for (int a = 0; a < size; ++a) {  // Cholesky
-        for (int b = 0; b <= a; ++b) {
-          double sum = factor(a, b);
-          for (int c = 0; c < b; ++c) sum -= factor(a, c) * factor(b, c);
-          factor(a, b) = a == b ? std::sqrt(std::max(sum, 1e-12)) : sum / factor(b, b);
-        }
-        log_det += 2.0 * std::log(factor(a, a));
-      }
-      SmallVector x = rhs;
-      for (int a = 0; a < size; ++a) {
-        for (int c = 0; c < a; ++c) x[a] -= factor(a, c) * x[c];
-        x[a] /= factor(a, a);
-      }
-      const double gain = x.squaredNorm();
-      for (int a = size; a-- > 0;) {
-        for (int c = a + 1; c < size; ++c) x[a] -= factor(c, a) * x[c];
-        x[a] /= factor(a, a);
-      }
-      int worst = -1;
-      for (int a = 0; a < size; ++a) {
-        const auto slot = static_cast<std::size_t>(used[static_cast<std::size_t>(a)]);
-        if (bounded[slot] && x[a] < 0.0 && (worst < 0 || x[a] < x[worst])) worst = a;
-      }
-      if (worst >= 0) {
-        active[static_cast<std::size_t>(used[static_cast<std::size_t>(worst)])] = false;
-        continue;
-      }
-      result.coefficients.setZero();
-      for (int a = 0; a < size; ++a) result.coefficients[used[static_cast<std::size_t>(a)]] = x[a];
-      result.explained = gain;
-      result.log_evidence = 0.5 * (gain - log_det) - options_.penalty * static_cast<double>(atoms.size());
-      break;
+      system(a, a) += 1.0;
     }
-    // An effect that has lost all of its columns explains nothing.
-    int at = 0;
-    for (const Atom* atom : atoms) {
-      bool alive = false;
-      for (std::size_t i = 0; i < atom->columns.size(); ++i) alive |= active[static_cast<std::size_t>(at++)];
-      if (!alive) return {};
+    Small factor = system;
+    double log_det = 0.0;
+    for (int a = 0; a < size; ++a) {  // Cholesky
+      for (int b = 0; b <= a; ++b) {
+        double sum = factor(a, b);
+        for (int c = 0; c < b; ++c) sum -= factor(a, c) * factor(b, c);
+        factor(a, b) = a == b ? std::sqrt(std::max(sum, 1e-12)) : sum / factor(b, b);
+      }
+      log_det += 2.0 * std::log(factor(a, a));
     }
-    return result;
+    SmallVector x = rhs;
+    for (int a = 0; a < size; ++a) {
+      for (int c = 0; c < a; ++c) x[a] -= factor(a, c) * x[c];
+      x[a] /= factor(a, a);
+    }
+    const double gain = x.squaredNorm();
+    for (int a = size; a-- > 0;) {
+      for (int c = a + 1; c < size; ++c) x[a] -= factor(c, a) * x[c];
+      x[a] /= factor(a, a);
+    }
+    int worst = -1;
+    for (int a = 0; a < size; ++a) {
+      const auto slot = static_cast<std::size_t>(used[static_cast<std::size_t>(a)]);
+      if (bounded[slot] && x[a] < 0.0 && (worst < 0 || x[a] < x[worst])) worst = a;
+    }
+    if (worst >= 0) {
+      active[static_cast<std::size_t>(used[static_cast<std::size_t>(worst)])] = false;
+      continue;
+    }
+    result.coefficients.setZero();
+    for (int a = 0; a < size; ++a) result.coefficients[used[static_cast<std::size_t>(a)]] = x[a];
+    result.explained = gain;
+    result.log_evidence = 0.5 * (gain - log_det) - options_.penalty * static_cast<double>(atoms.size());
+    break;
   }
-
-  /// Best shapes of a set by coordinate ascent from `atoms`.
-  Finding climb(std::vector<int> suspects, std::vector<int> atoms) const {
-    std::array<const Atom*, 3> chosen{};
-    const std::size_t count = suspects.size();
-    const auto suspect = [&](std::size_t i) -> const Suspect& {
-      return dictionary_.suspects[static_cast<std::size_t>(suspects[i])];
-    };
-    for (std::size_t i = 0; i < count; ++i) chosen[i] = &suspect(i).atoms[static_cast<std::size_t>(atoms[i])];
-    const std::span<const Atom* const> set(chosen.data(), count);
-    Value best = value(set);
-    for (int sweep = 0; sweep < 3; ++sweep) {
-      bool moved = false;
-      for (std::size_t i = count; i-- > 0;) {
-        const std::vector<Atom>& list = suspect(i).atoms;
-        if (list.size() == 1) continue;
-        for (std::size_t a = 0; a < list.size(); ++a) {
-          if (static_cast<int>(a) == atoms[i]) continue;
-          chosen[i] = &list[a];
-          const Value tried = value(set);
-          if (tried.log_evidence > best.log_evidence) {
-            best = tried;
-            atoms[i] = static_cast<int>(a);
-            moved = true;
-          }
-          chosen[i] = &list[static_cast<std::size_t>(atoms[i])];
-        }
-      }
-      if (!moved) break;
+  // An effect that has lost all of its columns explains nothing.
+  int at = 0;
+  for (const Atom* atom : atoms) {
+    bool alive = false;
+    for (const int column : atom->columns) {
+      const double c = result.coefficients.size() > 0 ? result.coefficients[at] * dictionary_.scale[column] : 0.0;
+      if (c < atom->low || c > atom->high) return {};
+      alive |= active[static_cast<std::size_t>(at++)];
     }
-    for (std::size_t i = 0; i < count; ++i) {  // as many shapes as an effect has, so much the less likely is each
-      best.log_evidence -= std::log(static_cast<double>(suspect(i).atoms.size()));
-    }
-    return {std::move(suspects), std::move(atoms), best.log_evidence, best.coefficients, best.explained};
+    if (!alive) return {};
   }
+  return result;
+}
 
- private:
-  const Dictionary& dictionary_;
-  const ScreenOptions& options_;
-  Eigen::VectorXd g_;
-  Eigen::MatrixXd gram_;
-};
-
-}  // namespace
+/// Best shapes of a set by coordinate ascent from `atoms`.
+Finding Screen::climb(std::vector<int> suspects, std::vector<int> atoms) const {
+  std::array<const Atom*, 3> chosen{};
+  const std::size_t count = suspects.size();
+  const auto suspect = [&](std::size_t i) -> const Suspect& {
+    return dictionary_.suspects[static_cast<std::size_t>(suspects[i])];
+  };
+  for (std::size_t i = 0; i < count; ++i) chosen[i] = &suspect(i).atoms[static_cast<std::size_t>(atoms[i])];
+  const std::span<const Atom* const> set(chosen.data(), count);
+  Value best = value(set);
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    bool moved = false;
+    for (std::size_t i = count; i-- > 0;) {
+      const std::vector<Atom>& list = suspect(i).atoms;
+      if (list.size() == 1) continue;
+      for (std::size_t a = 0; a < list.size(); ++a) {
+        if (static_cast<int>(a) == atoms[i]) continue;
+        chosen[i] = &list[a];
+        const Value tried = value(set);
+        if (tried.log_evidence > best.log_evidence) {
+          best = tried;
+          atoms[i] = static_cast<int>(a);
+          moved = true;
+        }
+        chosen[i] = &list[static_cast<std::size_t>(atoms[i])];
+      }
+    }
+    if (!moved) break;
+  }
+  for (std::size_t i = 0; i < count; ++i) {  // as many shapes as an effect has, so much the less likely is each
+    best.log_evidence -= std::log(static_cast<double>(suspect(i).atoms.size()));
+  }
+  return {std::move(suspects), std::move(atoms), best.log_evidence, best.coefficients, best.explained};
+}
 
 std::string_view Suspect::name() const {
   std::string_view found;
@@ -191,6 +187,8 @@ Dictionary make_dictionary(const LinearResponse& response, const Excitation& exc
       for (const Shape<E>& shape : E::shapes(region)) {
         Atom atom;
         atom.sign = shape.sign;
+        atom.low = shape.low;
+        atom.high = shape.high;
         for (const E& member : shape.members) {
           atom.columns.push_back(static_cast<int>(members.size()));
           members.push_back({member, joint, shape.recording});
@@ -260,51 +258,76 @@ Dictionary make_dictionary(const LinearResponse& response, const Excitation& exc
   return dictionary;
 }
 
-std::vector<Finding> screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
-                            const ScreenOptions& options) {
-  const Search search(dictionary, columns, target, options);
-  const int count = static_cast<int>(dictionary.suspects.size());
-  const auto better = [](const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; };
-  std::vector<Finding> singles, pairs, triples, all{Finding{}};
-  for (int i = 0; i < count; ++i) singles.push_back(search.climb({i}, {0}));
-  if (options.largest >= 2) {
+std::vector<Finding> Screen::all() const {
+  const int count = static_cast<int>(dictionary_.suspects.size());
+  std::vector<Finding> singles, pairs, triples, list{Finding{}};
+  for (int i = 0; i < count; ++i) singles.push_back(climb({i}, {0}));
+  const auto shape = [&](int i) { return singles[static_cast<std::size_t>(i)].atoms[0]; };
+  if (options_.largest >= 2) {
     for (int i = 0; i < count; ++i) {
-      for (int j = i + 1; j < count; ++j) {
-        pairs.push_back(search.climb(
-            {i, j}, {singles[static_cast<std::size_t>(i)].atoms[0], singles[static_cast<std::size_t>(j)].atoms[0]}));
-      }
+      for (int j = i + 1; j < count; ++j) pairs.push_back(climb({i, j}, {shape(i), shape(j)}));
     }
     std::sort(pairs.begin(), pairs.end(), better);
   }
-  if (options.largest >= 3) {
-    std::map<std::vector<int>, bool> seen;
-    for (int p = 0; p < std::min<int>(options.beam, static_cast<int>(pairs.size())); ++p) {
+  if (options_.largest >= 3) {
+    std::set<std::vector<int>> seen;
+    for (int p = 0; p < std::min<int>(options_.beam, static_cast<int>(pairs.size())); ++p) {
       const Finding& pair = pairs[static_cast<std::size_t>(p)];
       if (pair.log_evidence == -kInfinity) break;
       for (int i = 0; i < count; ++i) {
         if (i == pair.suspects[0] || i == pair.suspects[1]) continue;
-        std::vector<int> set{pair.suspects[0], pair.suspects[1], i};
-        std::vector<int> key = set;
-        std::sort(key.begin(), key.end());
-        if (seen[key]) continue;
-        seen[key] = true;
-        triples.push_back(
-            search.climb(set, {pair.atoms[0], pair.atoms[1], singles[static_cast<std::size_t>(i)].atoms[0]}));
+        std::vector<int> sorted{pair.suspects[0], pair.suspects[1], i};
+        std::sort(sorted.begin(), sorted.end());
+        if (!seen.insert(sorted).second) continue;
+        triples.push_back(climb({pair.suspects[0], pair.suspects[1], i}, {pair.atoms[0], pair.atoms[1], shape(i)}));
       }
     }
   }
-  for (auto* list : {&singles, &pairs, &triples}) {
-    for (Finding& finding : *list) {
-      if (finding.log_evidence > -kInfinity) all.push_back(std::move(finding));
+  for (auto* sets : {&singles, &pairs, &triples}) {
+    for (Finding& finding : *sets) {
+      if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
     }
   }
-  std::sort(all.begin(), all.end(), better);
-  if (static_cast<int>(all.size()) > options.keep) {
-    const auto empty = std::find_if(all.begin(), all.end(), [](const Finding& f) { return f.suspects.empty(); });
-    if (empty - all.begin() >= options.keep) std::iter_swap(empty, all.begin() + options.keep - 1);
-    all.resize(static_cast<std::size_t>(options.keep));
+  std::sort(list.begin(), list.end(), better);
+  if (static_cast<int>(list.size()) > options_.keep) {
+    const auto empty = std::find_if(list.begin(), list.end(), [](const Finding& f) { return f.suspects.empty(); });
+    if (empty - list.begin() >= options_.keep) std::iter_swap(empty, list.begin() + options_.keep - 1);
+    list.resize(static_cast<std::size_t>(options_.keep));
   }
-  return all;
+  return list;
+}
+
+std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) const {
+  const int count = static_cast<int>(dictionary_.suspects.size());
+  std::vector<int> set;
+  for (const Effect& effect : effects) {
+    for (int i = 0; i < count; ++i) {
+      const Suspect& suspect = dictionary_.suspects[static_cast<std::size_t>(i)];
+      if (suspect.kind == effect.form.index() && suspect.joint == effect.joint) set.push_back(i);
+    }
+  }
+  std::vector<Finding> list;
+  const auto try_set = [&](std::vector<int> suspects) {
+    std::vector<int> atoms;
+    for (const int i : suspects) atoms.push_back(climb({i}, {0}).atoms[0]);
+    Finding finding = climb(std::move(suspects), std::move(atoms));
+    if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
+  };
+  for (int i = 0; i < count; ++i) {
+    if (std::find(set.begin(), set.end(), i) != set.end()) continue;
+    for (std::size_t out = 0; out < set.size(); ++out) {
+      std::vector<int> swapped = set;
+      swapped[out] = i;
+      try_set(swapped);
+    }
+    if (static_cast<int>(set.size()) < options_.largest) {
+      std::vector<int> more = set;
+      more.push_back(i);
+      try_set(more);
+    }
+  }
+  std::sort(list.begin(), list.end(), better);
+  return list;
 }
 
 }  // namespace bayesctrl

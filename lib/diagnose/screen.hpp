@@ -12,6 +12,7 @@ namespace bayesctrl {
 struct Atom {
   std::vector<int> columns;
   int sign = 0;                                           // 1: coefficients cannot be negative
+  double low = -kInfinity, high = kInfinity;              // bounds of coefficients
   std::function<Effect(std::span<const double>)> effect;  // from coefficients
 };
 
@@ -54,10 +55,29 @@ struct ScreenOptions {
   int beam = 40;         // pairs that are extended to triples
 };
 
-/// Evidence of every set of up to `largest` effects for target = columns * coefficients + white noise of variance 1,
-/// coefficients standard normal; `target` and `columns` are those of the dictionary, possibly whitened. Best first; the
-/// empty set is among them.
-std::vector<Finding> screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
-                            const ScreenOptions& options = {});
+/// Evidence of sets of effects for target = columns * coefficients + white noise of variance 1, coefficients standard
+/// normal; `target` and `columns` are those of the dictionary, possibly whitened. Inner products are made once.
+class Screen {
+ public:
+  Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+         const ScreenOptions& options = {});
+
+  /// Every set of up to `largest` effects, best first; the empty set is among them.
+  std::vector<Finding> all() const;
+
+  /// Sets that differ from a given one by one effect more or by one in the place of another; best first. `effects` that
+  /// are no suspects are left out.
+  std::vector<Finding> neighbours(const std::vector<Effect>& effects) const;
+
+ private:
+  Finding climb(std::vector<int> suspects, std::vector<int> atoms) const;
+  struct Value;
+  Value value(std::span<const Atom* const> atoms) const;
+
+  const Dictionary& dictionary_;
+  ScreenOptions options_;
+  Eigen::VectorXd g_;
+  Eigen::MatrixXd gram_;
+};
 
 }  // namespace bayesctrl

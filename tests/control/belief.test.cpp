@@ -119,7 +119,7 @@ TEST_CASE("Making room changes nothing that is believed", "[control]") {
 TEST_CASE("With a prior model and no data, every plant is believed to be that model", "[control]") {
   RandomStream random = random_stream(1, "prior model");
   for_each_plant(2, [&]<class PlantType>(const PlantType& plant) {
-    constexpr int n = PlantType::kJoints;
+    constexpr int n = example_joints<PlantType>;
     BeliefPrior prior = example_prior(n);
     prior.prior_model = Model{plant};
     for (LogNormalProcess& process : prior.input_gain) {

@@ -27,7 +27,7 @@ double input_of(double drift_mean, double log_gain_mean, double log_gain_varianc
 TEST_CASE("Feedback linearisation gives every plant the desired acceleration", "[control]") {
   RandomStream random = random_stream(1, "law");
   for_each_plant(5, [&]<class PlantType>(const PlantType& plant) {
-    constexpr int n = PlantType::kJoints;
+    constexpr int n = example_joints<PlantType>;
     for (int i = 0; i < 10; ++i) {
       const Affine affine = plant.affine(random_joint_vector(random, n, 4.0), random_joint_vector(random, n, 3.0));
       const JointVector desired = random_joint_vector(random, n, 10.0);

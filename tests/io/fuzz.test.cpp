@@ -1,3 +1,5 @@
+#include "support/fuzz.hpp"
+
 #include <catch2/catch.hpp>
 
 #include "base/random.hpp"
@@ -6,6 +8,7 @@
 
 using namespace bayesctrl;
 using namespace bayesctrl::io_examples;
+using namespace bayesctrl::testing;
 
 namespace {
 
@@ -31,55 +34,6 @@ sensors:
   right: *s
 weights: {b: 1, a: 2}
 )";
-
-/// Bytes that mean something in YAML come more often than others.
-char random_byte(RandomStream& stream) {
-  constexpr std::string_view kSpecial = "[]{}:,-?&*!|>'\"%@`#\n\n  \t\r\\~<=.019aeu\xc3\xbc\xef\xbb\xbf";
-  return stream() % 4 == 0 ? static_cast<char>(stream() % 256) : kSpecial[stream() % kSpecial.size()];
-}
-
-std::string random_text(RandomStream& stream) {
-  std::string text(stream() % 60, ' ');
-  for (char& c : text) c = random_byte(stream);
-  return text;
-}
-
-std::string mutated(std::string text, RandomStream& stream) {
-  for (std::uint64_t changes = 1 + stream() % 4; changes > 0; --changes) {
-    const std::size_t at = stream() % text.size();
-    switch (stream() % 4) {
-      case 0:
-        text[at] = random_byte(stream);
-        break;
-      case 1:
-        text.insert(at, 1, random_byte(stream));
-        break;
-      case 2:
-        text.erase(at, 1 + stream() % 10);
-        break;
-      default:
-        text.insert(stream() % text.size(), text.substr(at, stream() % 30));
-    }
-    if (text.empty()) text = "x";
-  }
-  return text;
-}
-
-/// True if `f` returns, false if it throws E; anything else fails the test.
-template <class E>
-bool accepted(const std::string& text, auto&& f) {
-  try {
-    f();
-    return true;
-  } catch (const E& error) {
-    if (std::string_view(error.what()).find('\n') != std::string_view::npos)
-      FAIL("a message of two lines: " << error.what());
-    return false;
-  } catch (const std::exception& error) {
-    FAIL("threw another error, " << error.what() << ", for:\n" << text);
-    return false;
-  }
-}
 
 }  // namespace
 

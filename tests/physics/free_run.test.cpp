@@ -36,7 +36,7 @@ TEST_CASE("A slide moves by Newton's law under forces that are held from sample 
 
 TEST_CASE("Where and in how many samples a motion is recorded does not change it", "[physics]") {
   for_each_plant(1, [&]<class PlantType>(const PlantType& plant) {
-    constexpr int n = PlantType::kJoints;
+    constexpr int n = example_joints<PlantType>;
     const StateVector start = StateVector::Constant(2 * n, 0.7);
     std::vector<double> fine;
     for (int k = 0; k <= 200; ++k) fine.push_back(0.01 * k);

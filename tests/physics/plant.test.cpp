@@ -30,8 +30,8 @@ void for_each_state(auto&& f) {
   for_each_plant(kDraws, [&]<class PlantType>(const PlantType& plant) {
     INFO(PlantType::kName);
     for (int i = 0; i < kStates; ++i) {
-      const JointVector q = random_joint_vector(random, PlantType::kJoints, 4.0);
-      const JointVector v = random_joint_vector(random, PlantType::kJoints, 3.0);
+      const JointVector q = random_joint_vector(random, example_joints<PlantType>, 4.0);
+      const JointVector v = random_joint_vector(random, example_joints<PlantType>, 3.0);
       f(plant, q, v);
     }
   });
@@ -55,7 +55,7 @@ JointVector euler_lagrange(const auto& plant, const JointVector& q, const JointV
 /// Integrates q'' = a(q, q') without input and calls watch(q, v) every tenth of a second.
 template <class PlantType>
 void swing(const PlantType& plant, double duration, auto&& watch) {
-  constexpr int n = PlantType::kJoints;
+  constexpr int n = example_joints<PlantType>;
   std::array<double, 2 * n> y{};
   for (int i = 0; i < n; ++i) y[i] = 1.2 - 0.3 * i;
   for (int i = 0; i < n; ++i) y[n + i] = 0.5;
@@ -130,7 +130,7 @@ TEST_CASE("Friction takes its power from every plant and nothing else does", "[p
 
 TEST_CASE("At rest hanging down every plant stays", "[physics]") {
   for_each_plant(kDraws, [&]<class PlantType>(const PlantType& plant) {
-    const JointVector zero = JointVector::Zero(PlantType::kJoints);
+    const JointVector zero = JointVector::Zero(example_joints<PlantType>);
     CHECK(plant.affine(zero, zero).drift.isZero(0.0));
   });
 }
@@ -138,12 +138,12 @@ TEST_CASE("At rest hanging down every plant stays", "[physics]") {
 TEST_CASE("A plant in its variant has the joints and the equations of its type", "[physics]") {
   for_each_plant(1, [&]<class PlantType>(const PlantType& plant) {
     const Plant held = plant;
-    const JointVector q = JointVector::Constant(PlantType::kJoints, 0.4),
-                      v = JointVector::Constant(PlantType::kJoints, -1.0);
-    CHECK(joints(held) == PlantType::kJoints);
+    const JointVector q = JointVector::Constant(example_joints<PlantType>, 0.4),
+                      v = JointVector::Constant(example_joints<PlantType>, -1.0);
+    CHECK(joints(held) == example_joints<PlantType>);
     CHECK(affine(held, q, v).drift == plant.affine(q, v).drift);
     CHECK(affine(held, q, v).gain == plant.affine(q, v).gain);
-    CHECK(affine(held, q, v).gain.rows() == PlantType::kJoints);
-    CHECK(affine(held, q, v).gain.cols() == PlantType::kJoints);
+    CHECK(affine(held, q, v).gain.rows() == example_joints<PlantType>);
+    CHECK(affine(held, q, v).gain.cols() == example_joints<PlantType>);
   });
 }

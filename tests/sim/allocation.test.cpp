@@ -93,7 +93,7 @@ TEST_CASE("With every controller, plant and reference the control step allocates
           LoopSetup setup = example_setup(plant, c, 1.0);
           setup.learner = never_learning();
           setup.input_limit = {20.0};
-          for (const auto& [reference_name, reference] : example_references(PlantType::kJoints)) {
+          for (const auto& [reference_name, reference] : example_references(example_joints<PlantType>)) {
             setup.reference = reference;
             allocations_of_run(setup, 10);  // buffers of the thread
             const long short_run = allocations_of_run(setup, 1000), long_run = allocations_of_run(setup, 2000);

@@ -52,7 +52,7 @@ TEST_CASE(
         static_cast<Plant*>(nullptr), [&, n = name, c = controller]<class PlantType>(const PlantType& plant) {
           for (const double value :
                {static_cast<double>(NAN), static_cast<double>(INFINITY), -static_cast<double>(INFINITY)}) {
-            for (Eigen::Index i = 0; i < 2 * PlantType::kJoints; ++i) {
+            for (Eigen::Index i = 0; i < 2 * example_joints<PlantType>; ++i) {
               LoopSetup setup = example_setup(plant, c, 1.0);
               setup.initial_state[i] = value;
               const LoopResult result = run(setup);

@@ -92,7 +92,7 @@ TEST_CASE("A probe holds its input for hold_periods control periods", "[sim]") {
 TEST_CASE("A sample of the drift lies at the middle of its probe, with the central difference for its value", "[sim]") {
   for_each_alternative(static_cast<Plant*>(nullptr), [&]<class PlantType>(const PlantType& plant) {
     for (const bool positions_only : {false, true}) {
-      constexpr int n = PlantType::kJoints;
+      constexpr int n = example_joints<PlantType>;
       LoopSetup setup = always_probing(plant, true, 10, 3);
       setup.sensor.positions_only = positions_only;
       const LoopResult result = run(setup);
@@ -126,7 +126,7 @@ TEST_CASE("What a probe teaches is the true drift and gain up to the error of th
     INFO(PlantType::kName);
     const auto truth_at = [&](const Posterior& data, Eigen::Index p) {
       const Eigen::VectorXd x = data.inputs().points().row(p);
-      return plant.affine(x.head(PlantType::kJoints), x.tail(PlantType::kJoints));
+      return plant.affine(x.head(example_joints<PlantType>), x.tail(example_joints<PlantType>));
     };
     for (Eigen::Index p = 0; p < drift.belief.drift_points(); ++p) {
       const Posterior& data = drift.belief.drift(0);

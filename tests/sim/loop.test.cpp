@@ -102,7 +102,7 @@ TEST_CASE("The squared error is the integral of the distance to the reference in
 
 TEST_CASE("On every plant the oracle follows every reference, the closer the shorter the control period", "[sim]") {
   for_each_alternative(static_cast<Plant*>(nullptr), [&]<class PlantType>(const PlantType& plant) {
-    for (const auto& [name, reference] : example_references(PlantType::kJoints)) {
+    for (const auto& [name, reference] : example_references(example_joints<PlantType>)) {
       LoopSetup setup = example_setup(plant, Oracle{}, 4.0);
       setup.reference = reference;
       const ReferencePoint start = at(reference, 0.0);

@@ -84,6 +84,22 @@ inline std::vector<Example<Kernel>> example_kernels(int dimension) {
   return list;
 }
 
+/// Joints of the examples of a type of plant: one where the user may write any number of them.
+template <class PlantType>
+inline constexpr int example_joints = [] {
+  if constexpr (requires { PlantType::kJoints; }) {
+    return PlantType::kJoints;
+  } else {
+    return 1;
+  }
+}();
+
+/// A pendulum as a user writes it down.
+inline Custom written_pendulum(const Pendulum& p) {
+  return Custom({{{"length", p.length}, {"friction", p.friction}, {"mass", p.mass}, {"gravity", p.gravity}}},
+                {"(u - friction*v - mass*gravity*length*sin(q))/(mass*length*length)"}, {"mass*length*length"});
+}
+
 /// A plant with every parameter moved at random from its default, within its range and its own constraints.
 template <class PlantType>
 PlantType random_plant(RandomStream& random) {
@@ -102,6 +118,10 @@ PlantType random_plant(RandomStream& random) {
     if constexpr (requires { plant.problem(); }) sound = plant.problem().empty();
   }
   return plant;
+}
+template <>
+inline Custom random_plant<Custom>(RandomStream& random) {
+  return written_pendulum(random_plant<Pendulum>(random));
 }
 
 /// Calls f(plant) for every type of plant: as it is by default, and `draws` times with random parameters.

@@ -60,6 +60,26 @@ inline JointVector friction_torque(const TwoLinkArm& p, const JointVector& /*q*/
   return torque;
 }
 
+// --- a machine that the user writes down: written_pendulum, or a unit mass
+
+inline double parameter(const Custom& p, std::string_view name, double otherwise) {
+  const double* value = p.parameters().find(name);
+  return value != nullptr ? *value : otherwise;
+}
+inline Pendulum as_pendulum(const Custom& p) {
+  return {.length = parameter(p, "length", 1.0),
+          .friction = parameter(p, "friction", 0.0),
+          .mass = parameter(p, "mass", 1.0),
+          .gravity = parameter(p, "gravity", 0.0)};
+}
+inline double kinetic_energy(const Custom& p, const JointVector& q, const JointVector& v) {
+  return kinetic_energy(as_pendulum(p), q, v);
+}
+inline double potential_energy(const Custom& p, const JointVector& q) { return potential_energy(as_pendulum(p), q); }
+inline JointVector friction_torque(const Custom& p, const JointVector& q, const JointVector& v) {
+  return friction_torque(as_pendulum(p), q, v);
+}
+
 // --- what follows from them
 // --------------------------------------------------------------------------------------------------
 
@@ -87,6 +107,10 @@ PlantType frictionless(PlantType plant) {
   PlantType::fields(plant, [](std::string_view name, auto& value, const Info&) {
     if (name.starts_with("friction") && name.find("centre") == std::string_view::npos) value = 0.0;
   });
+  return plant;
+}
+inline Custom frictionless(Custom plant) {
+  plant.set_parameter("friction", 0.0);
   return plant;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "physics/effects/joint_state.hpp"
+#include "physics/effects/viscous_friction.hpp"
 
 namespace bayesctrl {
 
@@ -19,6 +20,9 @@ struct AsymmetricFriction {
   }
 
   double torque_at(const JointState& s) const { return -(s.velocity > 0.0 ? forward : backward) * s.velocity; }
+
+  /// The same in both directions.
+  ViscousFriction simpler() const { return {0.5 * (forward + backward)}; }
 
   static std::vector<Shape<AsymmetricFriction>> shapes(const Survey& /*s*/) { return {{{{1.0, 0.0}, {0.0, 1.0}}, 1}}; }
   static AsymmetricFriction combined(const Shape<AsymmetricFriction>& /*shape*/, std::span<const double> c) {

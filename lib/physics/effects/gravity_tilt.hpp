@@ -17,7 +17,7 @@ struct GravityTilt {
 
   double tilt() const { return angle; }
 
-  static std::vector<Shape<GravityTilt>> shapes(const Survey& /*s*/) { return {{{{0.01}}}}; }
+  static std::vector<Shape<GravityTilt>> shapes(const Survey& /*s*/) { return {{{{0.01}}, 0, -1, -50.0, 50.0}}; }
   static GravityTilt combined(const Shape<GravityTilt>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].angle};
   }

@@ -17,7 +17,7 @@ struct InputGain {
 
   double transform(double u) const { return gain * u; }
 
-  static std::vector<Shape<InputGain>> shapes(const Survey& /*s*/) { return {{{{2.0}}}}; }
+  static std::vector<Shape<InputGain>> shapes(const Survey& /*s*/) { return {{{{2.0}}, 0, -1, -0.8, 4.0}}; }
   static InputGain combined(const Shape<InputGain>& /*shape*/, std::span<const double> c) { return {1.0 + c[0]}; }
 
   bool operator==(const InputGain&) const = default;

@@ -34,7 +34,8 @@ template <class E>
 struct Shape {
   std::vector<E> members;
   int sign = 0;
-  int recording = -1;  // the only one in which it acts; -1: all
+  int recording = -1;                         // the only one in which it acts; -1: all
+  double low = -kInfinity, high = kInfinity;  // bounds of every coefficient
 };
 
 /// `count` values from low to high in equal ratios; empty where there is no such interval.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "physics/effects/coulomb_friction.hpp"
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -21,6 +22,9 @@ struct PreslidingHysteresis {
   /// Rate at which z settles, 1/s: stiff while sliding fast.
   double settling_rate(double velocity) const { return std::abs(velocity) * stiffness / level; }
   double rate(double velocity, double z) const { return velocity - std::abs(velocity) * z * stiffness / level; }
+
+  /// Without the give.
+  CoulombFriction simpler() const { return {level}; }
 
   static std::vector<Shape<PreslidingHysteresis>> shapes(const Survey& s) {
     std::vector<Shape<PreslidingHysteresis>> list;

@@ -17,7 +17,7 @@ struct SensorOffset {
 
   double measured(double position) const { return position + angle; }
 
-  static std::vector<Shape<SensorOffset>> shapes(const Survey& /*s*/) { return {{{{1.0}}}}; }
+  static std::vector<Shape<SensorOffset>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 0, -1, -0.5, 0.5}}; }
   static SensorOffset combined(const Shape<SensorOffset>& /*shape*/, std::span<const double> c) { return {c[0]}; }
 
   bool operator==(const SensorOffset&) const = default;

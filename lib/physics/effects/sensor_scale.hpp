@@ -17,7 +17,7 @@ struct SensorScale {
 
   double measured(double position) const { return scale * position; }
 
-  static std::vector<Shape<SensorScale>> shapes(const Survey& /*s*/) { return {{{{2.0}}}}; }
+  static std::vector<Shape<SensorScale>> shapes(const Survey& /*s*/) { return {{{{2.0}}, 0, -1, -0.3, 0.4}}; }
   static SensorScale combined(const Shape<SensorScale>& /*shape*/, std::span<const double> c) { return {1.0 + c[0]}; }
 
   bool operator==(const SensorScale&) const = default;

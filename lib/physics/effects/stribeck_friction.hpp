@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "physics/effects/coulomb_friction.hpp"
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -34,6 +35,9 @@ struct StribeckFriction {
     return coulomb + (static_level - coulomb) * std::exp(-ratio * ratio);
   }
   double holding(const JointState& /*s*/) const { return static_level; }
+
+  /// Without the rise towards rest.
+  CoulombFriction simpler() const { return {coulomb}; }
 
   static std::vector<Shape<StribeckFriction>> shapes(const Survey& s) {
     std::vector<Shape<StribeckFriction>> list;
