@@ -518,7 +518,10 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   json["fit"]["noise_floor"] = explanation.noise.norm() / std::sqrt(static_cast<double>(joints));
 
   // The nominal as given.
-  const FitProblem as_given{nominal, {}, data, *about.response, *about.excitation, options.penalty};
+  const LinearResponse response_as_given(nominal, data, explanation.measured->paths, explanation.noise,
+                                         about.response->windows());
+  const FitProblem as_given{
+      nominal, {}, data, response_as_given, *about.excitation, options.penalty, explanation.max_step};
   const Fit given = spec.free.empty() ? empty : fit(as_given, {});
   const double p_given = explanation.p_value(given), p_empty = explanation.p_value(empty),
                p_best = explanation.p_value(best);
@@ -530,7 +533,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const Corrected before{nominal, {}, {}}, refit{empty.plant, {}, {}};
   const Alike alike = find_alike(explanation, joints);
   const Discrepancy discrepancy(*explanation.measured, data);
-  const Cleared missing = without_free(*explanation.measured, nominal, data, spec.free);
+  const Cleared missing = without_free(*explanation.measured, explanation.start, data, spec.free);
   Verdict verdict = named_something ? Verdict::named : Verdict::nothing_missing;
   Fit said_fit = best;  // the model that is stated
   Remainder remainder;
@@ -538,23 +541,46 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   double share = 0.0;
   if (significant) {
     const auto beyond_noise = [&](const Fit& f) {
-      const double rms = free_runs({f.plant, f.effects, {}}, data, smoothed, spec.horizon, false).rms;
+      const double rms =
+          free_runs({f.plant, f.effects, {}}, data, smoothed, spec.horizon, false, explanation.max_step).rms;
       return std::sqrt(std::max(0.0, rms * rms - explanation.noise.squaredNorm() / joints));
     };
     share = beyond_noise(best) / std::max(beyond_noise(empty), 1e-300);
     Discrepancy::Beside odds;
     if (named_something) odds = discrepancy.beside(missing.columns, missing.target, options.penalty);
-    if (!named_something || odds.log_odds <= kEarned) {
-      // Effects that do not earn their place are not said; the remainder stands for all that is missing.
-      verdict = Verdict::unknown;
-      said_fit = empty;
-      left = discrepancy.dependence(missing.target);
-      remainder = discrepancy.remainder(missing.target, left.shares, left.joint);
+    const bool earned = named_something && odds.log_odds > kEarned;
+    if (!earned || share > kMaterial) verdict = Verdict::unknown;
+    left = discrepancy.dependence(missing.target);
+    const Discrepancy about_best(about, data);
+    const Discrepancy::Dependence beside_best = about_best.dependence(best.residual);
+    if (verdict == Verdict::unknown) {
+      // What other recordings are to be simulated with: what predicts each training recording from the others best.
+      double lowest = kInfinity;
+      const auto consider = [&](const Fit& model, const auto& remainder_without) {
+        double squares = 0.0, samples = 0.0;
+        for (std::size_t r = 0; r < data.size(); ++r) {
+          const FreeRuns runs = free_runs({model.plant, model.effects, remainder_without(static_cast<int>(r))},
+                                          {data[r]}, {smoothed[r]}, spec.horizon, false, explanation.max_step);
+          squares += runs.rms * runs.rms * runs.samples;
+          samples += runs.samples;
+        }
+        const double rms = std::sqrt(squares / samples);
+        if (rms < 0.98 * lowest) {
+          lowest = rms;
+          said_fit = model;
+          remainder = remainder_without(-1);
+        }
+      };
+      for (const bool leading_only : {true, false}) {
+        consider(empty, [&](int out) { return discrepancy.remainder(missing.target, left, leading_only, out); });
+      }
+      if (earned) {
+        consider(best, [&](int out) { return about_best.remainder(best.residual, beside_best, true, out); });
+      }
+      if (!said_fit.effects.empty()) left = beside_best;
     } else {
-      if (share > kMaterial) verdict = Verdict::unknown;
-      const Discrepancy about_best(about, data);
-      left = about_best.dependence(best.residual);
-      remainder = about_best.remainder(best.residual, left.shares, left.joint);
+      left = beside_best;
+      remainder = about_best.remainder(best.residual, left, false);
     }
     if (std::getenv("BAYESCTRL_DEBUG") != nullptr) {
       std::fprintf(stderr, "p_best %g share %g log_odds %g left.explained %g\n", p_best, share, odds.log_odds,
@@ -634,16 +660,18 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const auto report = [&](const std::vector<Measured>& recordings, const std::vector<Trajectory>& paths, bool held_out,
                           std::string_view set) {
     ordered_json fits = no_fit();
-    const FreeRuns runs_before = free_runs(before, recordings, paths, spec.horizon, held_out);
-    const FreeRuns runs_after = free_runs(after, recordings, paths, spec.horizon, held_out);
+    const FreeRuns runs_before = free_runs(before, recordings, paths, spec.horizon, held_out, explanation.max_step);
+    const FreeRuns runs_after = free_runs(after, recordings, paths, spec.horizon, held_out, explanation.max_step);
     fits["before"] = runs_before.rms;
-    fits["refit"] =
-        spec.free.empty() ? runs_before.rms : free_runs(refit, recordings, paths, spec.horizon, held_out).rms;
+    fits["refit"] = spec.free.empty()
+                        ? runs_before.rms
+                        : free_runs(refit, recordings, paths, spec.horizon, held_out, explanation.max_step).rms;
     fits["after"] = runs_after.rms;
     if (significant && verdict != Verdict::unknown && !remainder.empty()) {
       Corrected more = after;
       more.remainder = remainder;
-      fits["after_with_remainder"] = free_runs(more, recordings, paths, spec.horizon, held_out).rms;
+      fits["after_with_remainder"] =
+          free_runs(more, recordings, paths, spec.horizon, held_out, explanation.max_step).rms;
     }
     add_runs(result.fit, set, recordings, runs_before, runs_after);
     return fits;

@@ -8,11 +8,12 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 36;         // along each input
-constexpr int kStateBumps = 7;     // along each side of the grid over position and velocity
-constexpr double kTimeStep = 0.2;  // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;  // s between bumps in the time of one recording
-constexpr std::size_t kKinds = 3;  // of discrepancy that effects are weighed against
+constexpr int kBumps = 36;          // along each input
+constexpr int kStateBumps = 7;      // along each side of the grid over position and velocity
+constexpr double kTimeStep = 0.2;   // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;   // s between bumps in the time of one recording
+constexpr std::size_t kShapes = 8;  // of each effect that is weighed against a discrepancy
+constexpr std::size_t kKinds = 3;   // of discrepancy that effects are weighed against
 constexpr double kPriorShare = 0.2;
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 
@@ -164,27 +165,41 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
   return best;
 }
 
-Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Shares& shares, int joint) const {
+Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence& on, bool leading_only,
+                                 int left_out) const {
+  const auto lead = static_cast<Cause>(std::max_element(on.shares.begin(), on.shares.end()) - on.shares.begin());
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(target.size());
+  const LinearResponse& response = *about_.response;
+  for (std::size_t w = 0; w < response.windows().size(); ++w) {
+    if (static_cast<int>(response.windows()[w].recording) != left_out) continue;
+    const Eigen::Index last = w + 1 < response.windows().size() ? response.first_row(w + 1) : response.rows();
+    weight.segment(response.first_row(w), last - response.first_row(w)).setZero();
+  }
+  const Eigen::VectorXd y = target.cwiseProduct(weight);
   std::vector<const Group*> used;
+  std::vector<double> scales;
   Eigen::Index count = 0;
-  const bool by_time = std::max_element(shares.begin(), shares.end()) - shares.begin() == static_cast<int>(Cause::time);
   for (const Group& group : groups_) {
-    if (group.joint != joint) continue;
-    if (group.cause == Cause::time && !by_time) continue;
+    if (group.joint != on.joint) continue;
+    if (leading_only ? group.cause != lead || group.state : group.cause == Cause::time && lead != Cause::time) continue;
     used.push_back(&group);
     count += group.columns.cols();
   }
   Eigen::MatrixXd columns(target.size(), count);
   count = 0;
-  std::vector<double> scales;
   for (const Group* group : used) {
-    const double scale = ridge(group->columns, target).scale;
+    const Eigen::MatrixXd seen = weight.asDiagonal() * group->columns;
+    const double scale = ridge(seen, y).scale;
     scales.push_back(scale);
-    columns.middleCols(count, group->columns.cols()) = scale * group->columns;
+    columns.middleCols(count, group->columns.cols()) = scale * seen;
     count += group->columns.cols();
   }
-  const Eigen::VectorXd weights = ridge(columns, target).weights;
+  const Eigen::VectorXd weights = ridge(columns, y).weights;
   Remainder result;
+  for (int j = 0; j < joints(about_.excitation->plant()); ++j) {
+    const Survey s = survey(about_.excitation->data(), about_.paths, j);
+    result.regions.push_back({s.lowest, s.highest, s.speed, s.input});
+  }
   count = 0;
   for (std::size_t g = 0; g < used.size(); ++g) {
     for (std::size_t i = 0; i < used[g]->terms.size(); ++i, ++count) {
@@ -220,18 +235,51 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   std::sort(kinds.begin(), kinds.end(), [](const Kind& a, const Kind& b) { return a.log_evidence > b.log_evidence; });
   kinds.resize(std::min<std::size_t>(kinds.size(), kKinds));
 
+  // Of each effect the shapes that suit the target best.
+  Dictionary few;
+  std::vector<int> used;
+  for (const Suspect& suspect : about_.dictionary.suspects) {
+    std::vector<std::pair<double, std::size_t>> ranked;
+    for (std::size_t i = 0; i < suspect.atoms.size(); ++i) {
+      double gain = 0.0;
+      for (const int column : suspect.atoms[i].columns) {
+        const double product = columns.col(column).dot(target);
+        gain += product * product / (1.0 + columns.col(column).squaredNorm());
+      }
+      ranked.emplace_back(-gain, i);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    ranked.resize(std::min<std::size_t>(ranked.size(), kShapes));
+    Suspect chosen{suspect.kind, suspect.joint, {}};
+    for (const auto& [gain, i] : ranked) {
+      Atom atom = suspect.atoms[i];
+      for (int& column : atom.columns) {
+        used.push_back(column);
+        column = static_cast<int>(used.size()) - 1;
+      }
+      chosen.atoms.push_back(std::move(atom));
+    }
+    few.suspects.push_back(std::move(chosen));
+  }
+  few.scale.resize(static_cast<Eigen::Index>(used.size()));
+  Eigen::MatrixXd narrow(columns.rows(), few.scale.size());
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    few.scale[static_cast<Eigen::Index>(i)] = about_.dictionary.scale[used[i]];
+    narrow.col(static_cast<Eigen::Index>(i)) = columns.col(used[i]);
+  }
+
   Beside best;
   double alone = 0.0, with = -kInfinity;  // less the evidence of white noise alone
   const auto consider = [&](const Eigen::MatrixXd& white, const Eigen::VectorXd& y, double base) {
     alone = std::max(alone, base);
-    const Screen screen(about_.dictionary, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
+    const Screen screen(few, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
     for (const Finding& finding : screen.all()) {
       if (finding.suspects.empty() || base + finding.log_evidence <= with) continue;
       with = base + finding.log_evidence;
-      best.effects = finding.effects(about_.dictionary);
+      best.effects = finding.effects(few);
     }
   };
-  consider(columns, target, 0.0);
+  consider(narrow, target, 0.0);
   for (const Kind& kind : kinds) {
     // columns = U sqrt(lambda) V': the covariance 1 + scale^2 columns columns' is whitened along U alone.
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(kind.columns.transpose() * kind.columns);
@@ -241,13 +289,13 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
     const Eigen::ArrayXd lambda = solver.eigenvalues().tail(kept).array();
     const Eigen::MatrixXd u =
         kind.columns * solver.eigenvectors().rightCols(kept) * lambda.sqrt().inverse().matrix().asDiagonal();
-    const Eigen::MatrixXd along = u.transpose() * columns;
+    const Eigen::MatrixXd along = u.transpose() * narrow;
     const Eigen::VectorXd along_target = u.transpose() * target;
     for (const double scale : {0.1, 1.0}) {
       const Eigen::ArrayXd variance = 1.0 + scale * scale * lambda;
       const Eigen::ArrayXd shrink = 1.0 - variance.sqrt().inverse();
       const Eigen::VectorXd y = target - u * (shrink * along_target.array()).matrix();
-      const Eigen::MatrixXd white = columns - u * (shrink.matrix().asDiagonal() * along);
+      const Eigen::MatrixXd white = narrow - u * (shrink.matrix().asDiagonal() * along);
       consider(white, y, 0.5 * (target.squaredNorm() - y.squaredNorm() - variance.log().sum()));
     }
   }

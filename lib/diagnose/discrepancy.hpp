@@ -25,8 +25,9 @@ class Discrepancy {
   };
   Dependence dependence(const Eigen::VectorXd& target) const;
 
-  /// The torque that explains `target` best. `seconds`: without the cause time, whose terms other recordings lack.
-  Remainder remainder(const Eigen::VectorXd& target, const Shares& shares, int joint) const;
+  /// The torque in one joint that explains `target` best: of all causes (time only if it leads, for its terms mean
+  /// little elsewhere) or of the leading one alone; without the recording `left_out` if that is not -1.
+  Remainder remainder(const Eigen::VectorXd& target, const Dependence& on, bool leading_only, int left_out = -1) const;
 
   /// Log evidence of the best set of effects beside a discrepancy less that of the discrepancy alone, each with the
   /// size of the discrepancy that suits it best; and that set.

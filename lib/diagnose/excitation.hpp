@@ -34,7 +34,7 @@ class Excitation {
     JointVector q, v, sd_v, qdd, u, motor, external;
     JointMatrix mobility;
   };
-  const Plant& plant_;
+  Plant plant_;
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& paths_;
   int joints_;

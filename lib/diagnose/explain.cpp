@@ -19,6 +19,7 @@ constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a f
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
 constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
+constexpr int kAdjustments = 6;        // linear steps of free parameters
 constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
 constexpr int kRounds = 3;             // of linearisation
 
@@ -31,6 +32,44 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
   result->excitation = std::make_unique<Excitation>(plant, data, result->paths);
   result->dictionary = make_dictionary(*result->response, *result->excitation, options.allowed);
   return result;
+}
+
+/// Response to each free parameter per unit, rows x parameters.
+Eigen::MatrixXd slopes_of_free(const LinearResponse& response, const Excitation& excitation, const Plant& plant,
+                               const std::vector<Measured>& data, const std::vector<std::string>& free) {
+  Eigen::MatrixXd slopes(response.rows(), static_cast<Eigen::Index>(free.size()));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
+    Plant higher = plant;
+    set_parameter(higher, free[i], value + step);
+    std::vector<Eigen::MatrixXd> acceleration;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Eigen::MatrixXd difference = excitation.acceleration(higher, r) - excitation.acceleration(plant, r);
+      acceleration.push_back(difference.transpose().reshaped() / step);
+    }
+    slopes.col(static_cast<Eigen::Index>(i)) = response.responses(acceleration);
+  }
+  return slopes;
+}
+
+/// The nominal with free parameters near their best values: linear steps along the smoothed motion, which need no
+/// simulation and so converge from afar.
+Plant adjusted(Plant plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+               const Eigen::VectorXd& noise, const ExplainOptions& options) {
+  for (int round = 0; round < kAdjustments && !options.free.empty(); ++round) {
+    const LinearResponse response(plant, data, paths, noise, windows(data, 0.5 * options.window));
+    const Excitation excitation(plant, data, paths);
+    const Eigen::MatrixXd slopes = slopes_of_free(response, excitation, plant, data, options.free);
+    const Eigen::VectorXd change = slopes.colPivHouseholderQr().solve(response.target());
+    for (std::size_t i = 0; i < options.free.size(); ++i) {
+      const double value = parameter(plant, options.free[i]);
+      const double most = 0.5 * std::max(std::abs(value), 1e-3);
+      double next = value + std::clamp(change[static_cast<Eigen::Index>(i)], -most, most);
+      if (value > 0.0) next = std::max(next, 0.05 * value);
+      set_parameter(plant, options.free[i], next);
+    }
+  }
+  return plant;
 }
 
 /// Puts the simpler law of which a law is an extension in its place.
@@ -51,11 +90,15 @@ class Fits {
   Fits(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options)
       : nominal_(nominal), data_(data), options_(options) {}
 
-  void about(std::shared_ptr<Linearisation> linearisation) {
+  double about(std::shared_ptr<Linearisation> linearisation) {
     about_ = std::move(linearisation);
+    if (max_step_ == 0.0) {
+      max_step_ = adequate_step({nominal_, {}, data_, *about_->response, *about_->excitation});
+    }
     tried_.clear();
     for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
     fits_.clear();
+    return max_step_;
   }
 
   const Fit* add(std::vector<Effect> effects) {
@@ -65,8 +108,8 @@ class Fits {
     // What was found about another motion is the better start.
     if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
     try {
-      const FitProblem problem{nominal_,          options_.free,       data_,
-                               *about_->response, *about_->excitation, options_.penalty};
+      const FitProblem problem{nominal_,         options_.free, data_, *about_->response, *about_->excitation,
+                               options_.penalty, max_step_};
       fits_.insert_or_assign(name, fit(problem, std::move(effects)));
     } catch (const NumericalError&) {
       return nullptr;
@@ -118,6 +161,7 @@ class Fits {
   const std::vector<Measured>& data_;
   const ExplainOptions& options_;
   std::shared_ptr<Linearisation> about_;
+  double max_step_ = 0.0;  // of the integration, once it is known
   std::map<std::string, Fit> fits_, stale_;
   std::map<std::string, int> tried_;
 };
@@ -134,22 +178,8 @@ Cleared without_free(const Linearisation& about, const Plant& plant, const std::
                      const std::vector<std::string>& free) {
   Cleared result{about.dictionary.columns, about.response->target()};
   if (free.empty()) return result;
-  Eigen::MatrixXd basis(about.response->rows(), static_cast<Eigen::Index>(free.size()));
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
-    Plant higher = plant, lower = plant;
-    set_parameter(higher, free[i], value + step);
-    set_parameter(lower, free[i], std::max(value - step, 0.0) == 0.0 && value >= 0.0 ? value : value - step);
-    std::vector<Eigen::MatrixXd> acceleration;
-    for (std::size_t r = 0; r < data.size(); ++r) {
-      acceleration.push_back((about.excitation->acceleration(higher, r) - about.excitation->acceleration(lower, r))
-                                 .transpose()
-                                 .reshaped() /
-                             step);
-    }
-    basis.col(static_cast<Eigen::Index>(i)) = about.response->responses(acceleration);
-    basis.col(static_cast<Eigen::Index>(i)).normalize();
-  }
+  Eigen::MatrixXd basis = slopes_of_free(*about.response, *about.excitation, plant, data, free);
+  for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
   const Eigen::MatrixXd q =
       basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
   result.columns -= (q * (q.transpose() * result.columns)).eval();
@@ -189,8 +219,9 @@ double Explanation::excess(const Fit& fit) const {
   return std::sqrt(std::max(0.0, fit.squares / degrees - 1.0));
 }
 
-Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options) {
+Explanation explain(const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options) {
   Explanation result;
+  Plant nominal = given;
   result.noise = noise_level(data);
   // Recordings without noise: what the machine's arithmetic leaves stands in for it.
   for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
@@ -215,12 +246,14 @@ Explanation explain(const Plant& nominal, const std::vector<Measured>& data, con
     }
   }
 
+  nominal = adjusted(nominal, data, paths, result.noise, options);
+  result.start = nominal;
   Fits fits(nominal, data, options);
   std::vector<std::vector<Effect>> kept;  // the best sets of the round before
   for (int round = 0; round < kRounds; ++round) {
     std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
     result.rows = static_cast<double>(about->response->rows());
-    fits.about(about);
+    result.max_step = fits.about(about);
     if (round == 0) result.measured = about;
     for (const std::vector<Effect>& effects : kept) fits.add(effects);
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
@@ -278,7 +311,8 @@ Explanation explain(const Plant& nominal, const std::vector<Measured>& data, con
     if (result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) break;
     kept.clear();
     for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
-    const FitProblem problem{nominal, options.free, data, *about->response, *about->excitation, options.penalty};
+    const FitProblem problem{nominal,         options.free,   data, *about->response, *about->excitation,
+                             options.penalty, result.max_step};
     paths = simulated(problem, result.best().fit, about->paths);
   }
   return result;

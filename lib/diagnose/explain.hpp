@@ -26,9 +26,11 @@ struct Explanation {
   std::vector<Candidate> candidates;             // most probable first; the empty set is among them
   std::shared_ptr<Linearisation> linearisation;  // about the most probable
   std::shared_ptr<Linearisation> measured;       // about the smoothed recordings, whatever explains them
-  Eigen::VectorXd noise;                         // standard deviation per joint
-  double rows = 0.0;                             // of the residuals
-  double fast_rows = 0.0;                        // from which the noise is known
+  Plant start;              // the nominal with free parameters near their best values: linearisations are of it
+  Eigen::VectorXd noise;    // standard deviation per joint
+  double max_step = 0.011;  // s, of simulations
+  double rows = 0.0;        // of the residuals
+  double fast_rows = 0.0;   // from which the noise is known
 
   const Candidate& best() const { return candidates.front(); }
   const Candidate& without_effects() const;

@@ -12,10 +12,14 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kPriorShare = 0.2;     // of the nominal torque, as in the screen
-constexpr double kConverged = 1e-4;     // of half the squares
-constexpr double kLongestStep = 0.011;  // s, of the integration
+constexpr double kPriorShare = 0.2;       // of the nominal torque, as in the screen
+constexpr double kConverged = 1e-4;       // of half the squares
+constexpr double kShortestStep = 6e-4;    // s, of the integration
+constexpr double kNumericalShare = 0.05;  // of the noise
 constexpr int kPolishRounds = 8;
+constexpr int kExactIterations = 4;
+constexpr double kHopeless = 3.0;    // times the usual squares: such a fit is not worth exact slopes
+constexpr double kUnusual = 1.0;     // standard deviations of a window's squares, beyond which its start is polished
 constexpr double kStateStep = 1e-5;  // of differences by the initial state
 constexpr int kPieces = 4;           // of a step whose input is a straight line
 
@@ -53,7 +57,7 @@ class Runs {
   Eigen::MatrixXd operator()(std::size_t w, const StateVector& start, Eigen::MatrixXd* states = nullptr) const {
     const Segment& window = problem_.response.windows()[w];
     const std::size_t r = window.recording;
-    return machines_[r].run(start, problem_.data[r].time, drives_[r], window.first, window.last, kLongestStep,
+    return machines_[r].run(start, problem_.data[r].time, drives_[r], window.first, window.last, problem_.max_step,
                             hidden_[r].row(static_cast<Eigen::Index>(window.first)), states);
   }
 
@@ -95,7 +99,7 @@ void polish(const FitProblem& problem, Fit& fit) {
     const Eigen::Index size =
         (w + 1 < problem.response.windows().size() ? problem.response.first_row(w + 1) : problem.response.rows()) -
         first;
-    const double usual = static_cast<double>(size) + 4.0 * std::sqrt(2.0 * static_cast<double>(size));
+    const double usual = static_cast<double>(size) + kUnusual * std::sqrt(2.0 * static_cast<double>(size));
     if (fit.residual.segment(first, size).squaredNorm() <= usual) continue;
     const StateVector x =
         fit_start([&](const StateVector& start) { return runs.rest(w, start); }, fit.initial_states[w], kPolishRounds);
@@ -213,7 +217,10 @@ void list_unknowns(const FitProblem& problem, Fit& fit) {
         unknown.low = 2.0;
         unknown.high = 30.0;
       }
-      if (name == "frequency") unknown.high = std::numbers::pi / period;
+      if (name == "frequency") {
+        unknown.low = 1.0 / longest;
+        unknown.high = std::numbers::pi / period;
+      }
       if (name == "time") {
         unknown.low = 0.0;
         unknown.high = longest;
@@ -294,7 +301,8 @@ StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& 
     double gained = 0.0;
     for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
       Eigen::MatrixXd damped = curvature;
-      damped.diagonal().array() += damping * largest;
+      damped.diagonal() *= 1.0 + damping;
+      damped.diagonal().array() += 1e-14 * largest;
       const StateVector next = x + StateVector(damped.ldlt().solve(gradient));
       Eigen::MatrixXd tried;
       try {
@@ -309,9 +317,39 @@ StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& 
         damping *= 0.1;
       }
     }
-    if (gained <= 1e-4 * before) break;
+    if (gained <= 1e-5 * before) break;
   }
   return x;
+}
+
+double adequate_step(const FitProblem& problem) {
+  Fit start;
+  start.plant = problem.nominal;
+  const int n = joints(problem.nominal);
+  FitProblem fine = problem;
+  for (double step = problem.max_step; step > kShortestStep; step *= 0.5) {
+    fine.max_step = step;
+    FitProblem finer = fine;
+    finer.max_step = 0.5 * step;
+    const Runs coarse_runs(fine, start), fine_runs(finer, start);
+    double squares = 0.0, count = 0.0;
+    for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
+      const Segment& window = problem.response.windows()[w];
+      const Trajectory& path = problem.excitation.paths()[window.recording];
+      StateVector x(2 * n);
+      x << path.position.row(static_cast<Eigen::Index>(window.first)).transpose(),
+          path.velocity.row(static_cast<Eigen::Index>(window.first)).transpose();
+      try {
+        const Eigen::MatrixXd difference = coarse_runs(w, x) - fine_runs(w, x);
+        const Eigen::VectorXd rows = problem.response.project(w, difference);
+        squares += rows.squaredNorm();
+        count += static_cast<double>(rows.size());
+      } catch (const NumericalError&) {
+      }
+    }
+    if (std::sqrt(squares / std::max(1.0, count)) < kNumericalShare) return step;
+  }
+  return kShortestStep;
 }
 
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {
@@ -392,10 +430,33 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, int iterations) 
     return result;
   };
 
+  /// The same from the machine itself: slower, and right where a motion is unstable or a joint sticks.
+  const auto differentiate_exactly = [&] {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
+      Fit moved = current;
+      for (Eigen::Index k = 0; k < count; ++k) values[k] = current.unknowns[static_cast<std::size_t>(k)].value;
+      const double posterior = 1.0 / std::sqrt(std::max(jacobian.col(i).squaredNorm(), 1e-300));
+      double step = std::min(unknown.step, 0.3 * posterior);
+      if (values[i] + step > unknown.high) step = -step;
+      values[i] += step;
+      assign(moved, values);
+      simulate(problem, moved, 0);
+      jacobian.col(i) = (current.residual - moved.residual) / step;
+    }
+  };
+
+  const double usual = static_cast<double>(problem.response.rows()) +
+                       kUnusual * std::sqrt(2.0 * static_cast<double>(problem.response.rows()));
+  bool exact = false;
   double damping = 1e-4;
   bool polished = false;
-  for (int iteration = 0; iteration < iterations && count > 0; ++iteration) {
-    differentiate();
+  for (int iteration = 0; iteration < iterations + (exact ? kExactIterations : 0) && count > 0; ++iteration) {
+    if (exact) {
+      differentiate_exactly();
+    } else {
+      differentiate();
+    }
     const Eigen::MatrixXd curvature = information();
     Eigen::VectorXd slope = jacobian.transpose() * current.residual;
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -416,7 +477,8 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, int iterations) 
       }
       assign(next, target);
       try {
-        simulate(problem, next, 1);
+        simulate(problem, next, polished ? 0 : 1);
+        if (polished) polish(problem, next);
       } catch (const NumericalError&) {
         damping = std::max(10.0 * damping, 1e-2);
         continue;
@@ -432,7 +494,9 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, int iterations) 
       }
     }
     if (!moved || gained < std::max(0.01, kConverged * 0.5 * current.squares)) {
-      if (polished) break;
+      const bool hopeless = current.squares > kHopeless * usual;
+      if (polished && (exact || hopeless || current.squares <= usual)) break;
+      if (polished) exact = true;
       polish(problem, current);
       polished = true;
     }

@@ -47,8 +47,12 @@ struct FitProblem {
   const std::vector<Measured>& data;
   const LinearResponse& response;
   const Excitation& excitation;
-  double penalty = 3.0;  // nats per effect
+  double penalty = 3.0;     // nats per effect
+  double max_step = 0.011;  // s, of the integration
 };
+
+/// Longest step of the integration (s) that moves simulations by less than a twentieth of the noise.
+double adequate_step(const FitProblem& problem);
 
 /// Most probable parameters by damped Gauss-Newton steps: residuals from free runs of the machine, slopes from the
 /// linear response. `effects` is the start. Throws NumericalError when not even the start can be simulated.

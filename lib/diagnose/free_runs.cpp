@@ -1,5 +1,6 @@
 #include "diagnose/free_runs.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -9,7 +10,7 @@ namespace bayesctrl {
 namespace {
 
 constexpr int kRounds = 6;
-constexpr double kLongestStep = 0.011;  // s
+constexpr double kStepOfRemainder = 2e-3;  // s: its terms can be steep
 
 /// Memory of the remainder at each window's first sample.
 Remainder::Memory memory_at(const Remainder& remainder, const Measured& data, const Trajectory& path,
@@ -30,7 +31,8 @@ Remainder::Memory memory_at(const Remainder& remainder, const Measured& data, co
 }  // namespace
 
 FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
-                   double horizon, bool new_recordings) {
+                   double horizon, bool new_recordings, double max_step) {
+  if (!model.remainder.empty()) max_step = std::min(max_step, kStepOfRemainder);
   FreeRuns result;
   const int n = joints(model.plant);
   std::vector<Effect> effects = model.effects;
@@ -56,8 +58,8 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
     const Remainder::Memory memory = memory_at(model.remainder, data[r], paths[r], window.first);
     const auto run = [&](const StateVector& x, Eigen::MatrixXd* states) {
-      return list[r].run(x, data[r].time, drives[r], window.first, window.last, kLongestStep, hidden[r].row(first),
-                         states, memory);
+      return list[r].run(x, data[r].time, drives[r], window.first, window.last, max_step, hidden[r].row(first), states,
+                         memory);
     };
     StateVector start(2 * n);
     start << paths[r].position.row(first).transpose(), paths[r].velocity.row(first).transpose();

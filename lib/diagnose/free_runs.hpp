@@ -24,6 +24,6 @@ struct FreeRuns {
 /// states that remember. A window whose simulation diverges counts with its measured motion about its mean. With
 /// `new_recordings` effects of one recording act in all: what has changed is expected to stay.
 FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
-                   double horizon, bool new_recordings);
+                   double horizon, bool new_recordings, double max_step);
 
 }  // namespace bayesctrl

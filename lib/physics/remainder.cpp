@@ -126,9 +126,23 @@ void Remainder::advance(Memory& memory, const JointVector& q, const JointVector&
 JointVector Remainder::torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                               double t) const {
   JointVector sum = JointVector::Zero(q.size());
+  JointVector at = q, speed = v, input = u, fade = JointVector::Ones(q.size());
+  for (std::size_t j = 0; j < regions.size(); ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    const Region& region = regions[j];
+    at[row] = std::clamp(q[row], region.lowest, region.highest);
+    speed[row] = std::clamp(v[row], -region.speed, region.speed);
+    input[row] = std::clamp(u[row], -region.input, region.input);
+    fade[row] = bump(q[row], at[row], 0.1 * (region.highest - region.lowest)) *
+                bump(v[row], speed[row], 0.1 * region.speed) *
+                (region.input > 0.0 ? bump(u[row], input[row], 0.5 * region.input) : 1.0);
+  }
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    const int j = terms[i].joint;
-    sum[j] += terms[i].weight * terms[i].value(q[j], v[j], u[j], t, memory[i]);
+    const Term& term = terms[i];
+    const int j = term.joint;
+    const bool late = cause(term.kind) == Cause::history;  // compares with what it remembers
+    sum[j] += fade[j] * term.weight *
+              (late ? term.value(q[j], v[j], u[j], t, memory[i]) : term.value(at[j], speed[j], input[j], t, memory[i]));
   }
   return sum;
 }

@@ -61,7 +61,13 @@ struct Term {
 /// A torque in the joints that is a sum of terms: the posterior mean of Gaussian processes over what the missing torque
 /// depends on, written in features.
 struct Remainder {
+  /// What the terms have seen of one joint; beyond it they fade away.
+  struct Region {
+    double lowest = 0.0, highest = 0.0, speed = 0.0, input = 0.0;
+    bool operator==(const Region&) const = default;
+  };
   std::vector<Term> terms;
+  std::vector<Region> regions;  // one per joint, or none
 
   bool empty() const { return terms.empty(); }
   bool operator==(const Remainder&) const = default;

@@ -6,6 +6,7 @@
 #include "io/emit.hpp"
 #include "io/read.hpp"
 #include "support/studies.hpp"
+#include "trial/trial.hpp"
 
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
@@ -32,6 +33,8 @@ TEST_CASE("Every file of configs/ is read, and the same when written out and rea
       check_round_trip(read<Calibration>(read_yaml(entry.path())));
     } else if (name.starts_with("paper_")) {
       check_round_trip(read_published(entry.path()));
+    } else if (name.starts_with("trial")) {
+      check_round_trip(read<TrialSpec>(read_yaml(entry.path())));
     } else {
       for (const Study& study : read_studies(entry.path())) check_round_trip(study);
       ++studies;
