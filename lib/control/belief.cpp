@@ -16,10 +16,10 @@ const GaussianProcess& latent(const LogNormalProcess& process) { return process.
 GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model,
                           double (*value)(const Affine&, int, int), int i, int j) {
   if (model) {
-    prior.mean_function = [plant = model->plant, value, i, j](std::span<const double> x) {
+    prior.mean_function = [believed = *model, value, i, j](std::span<const double> x) {
       const auto n = static_cast<Eigen::Index>(x.size() / 2);
       const Eigen::Map<const JointVector> q(x.data(), n), v(x.data() + n, n);
-      return value(affine(plant, q, v), i, j);
+      return value(affine(believed, q, v), i, j);
     };
   }
   return prior;

@@ -282,17 +282,6 @@ std::size_t strongest(const Explanation& explanation) {
   return strongest;
 }
 
-ordered_json term_json(const Term& term) {
-  ordered_json object{{"kind", to_name(term.kind)}, {"joint", term.joint + 1}, {"a", term.a}};
-  object["b"] = term.b;
-  if (term.kind == TermKind::bump_state) {
-    object["c"] = term.c;
-    object["d"] = term.d;
-  }
-  object["weight"] = term.weight;
-  return object;
-}
-
 ordered_json signal_json(const Signal& signal) {
   ordered_json object{{"column", signal.column}, {"scale", signal.scale}, {"offset", signal.offset}};
   if (!signal.unit.empty()) object["unit"] = signal.unit;
@@ -337,11 +326,7 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
     effects.push_back(std::move(effect));
   }
   plant["effects"] = effects;
-  if (!model.remainder.empty()) {
-    ordered_json terms = ordered_json::array();
-    for (const Term& term : model.remainder.terms) terms.push_back(term_json(term));
-    plant["remainder"] = terms;
-  }
+  if (!model.remainder.empty()) plant["remainder"] = json_value(Model{model.plant, {}, model.remainder})["remainder"];
   object["model"] = plant;
   object["signals"] = signals_json(spec.signals);
   object["horizon_s"] = spec.horizon;

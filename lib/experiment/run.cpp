@@ -38,6 +38,8 @@ Belief with_data(const Belief& fresh, const Belief& trained) {
 LoopSetup to_setup(const Study& study, const Controller& controller) {
   LoopSetup setup;
   setup.plant = study.model.plant;
+  setup.effects = study.model.effects;
+  setup.remainder = study.model.remainder;
   setup.initial_state = to_state(study.initial_state);
   setup.reference = study.reference;
   setup.duration = study.duration;

@@ -4,10 +4,13 @@
 
 #include "base/error.hpp"
 #include "numerics/detail/dormand_prince.hpp"
+#include "physics/machine.hpp"
 
 namespace bayesctrl {
 
 namespace {
+
+constexpr double kLongestStep = 2e-3;  // s, of a machine with effects
 
 /// The learner's memory between control calls.
 struct Learning {
@@ -41,8 +44,11 @@ class Loop {
         count_(control_steps(setup.duration, setup.control_period)),
         period_steps_(std::max(1L, std::lround(setup.learner.period / setup.control_period))),
         measurement_(setup.sensor, dt_, kJoints, static_cast<std::size_t>(count_) + 1, random),
-        random_(random) {
+        random_(random),
+        truth_{setup.plant, setup.effects, setup.remainder},
+        machine_(setup.plant, setup.effects, setup.remainder) {
     for (std::size_t i = 0; i < 2 * kJoints; ++i) y_[i] = setup.initial_state[static_cast<Eigen::Index>(i)];
+    if (!truth_.is_plain()) simulation_.emplace(machine_, setup.initial_state, 0.0, kLongestStep);
     result_.belief = setup.belief;
     result_.steps.reserve(static_cast<std::size_t>(count_) + 1);
     if constexpr (kLearns) result_.belief.reserve(static_cast<int>(count_ / std::max(3L, period_steps_)) + 2);
@@ -101,7 +107,30 @@ class Loop {
     }
   }
 
+  /// The same for a machine with more physics than its plant's: its input is held over pieces of the period, the error
+  /// is summed by the trapezoidal rule.
+  void simulate_period(double t0, double t1, auto&& law) {
+    const auto pieces = static_cast<int>(std::ceil((t1 - t0) / kLongestStep));
+    const double h = (t1 - t0) / pieces;
+    const auto error = [&](double t) {
+      const ReferencePoint xi = at(setup_.reference, t);
+      return (part(y_, 0) - xi.position).squaredNorm() + (part(y_, kJoints) - xi.velocity).squaredNorm();
+    };
+    for (int i = 0; i < pieces; ++i) {
+      const double t = t0 + i * h;
+      const JointVector u = law(y_, t);
+      if (i == 0 || ControllerType::kContinuous) simulation_->hold(u);
+      const double before = error(t);
+      simulation_->advance(t + h);
+      const StateVector now = simulation_->state();
+      for (std::size_t k = 0; k < 2 * kJoints; ++k) y_[k] = now[static_cast<Eigen::Index>(k)];
+      y_[2 * kJoints] += u.squaredNorm() * h;
+      y_[2 * kJoints + 1] += 0.5 * h * (before + error(t + h));
+    }
+  }
+
   void integrate_period(double t0, double t1, auto&& law) {
+    if (simulation_) return simulate_period(t0, t1, law);
     const auto equation = [&](const OdeState& y, OdeState& dydt, double t) {
       const JointVector q = part(y, 0), v = part(y, kJoints);
       const auto& u = law(y, t);
@@ -124,7 +153,7 @@ class Loop {
     LawInput input{acceleration, nullptr, belief};
     Affine truth;
     if constexpr (ControllerType::kKnowledge == Knowledge::truth) {
-      truth = plant_.affine(q, v);
+      truth = truth_.is_plain() ? plant_.affine(q, v) : affine(truth_, q, v);
       input.truth = &truth;
     }
     return limited(controller_(input), setup_.input_limit);
@@ -197,6 +226,9 @@ class Loop {
   long period_steps_;
   Measurement measurement_;
   RandomStream random_;
+  Model truth_;
+  Machine machine_;
+  std::optional<Simulation> simulation_;  // of a machine with effects
   OdeState y_{};
   double step_ = dt_;
   Learning learning_;

@@ -11,7 +11,7 @@
 #include "control/reference.hpp"
 #include "control/tuning.hpp"
 #include "numerics/integrate.hpp"
-#include "physics/plant.hpp"
+#include "physics/model.hpp"
 #include "sim/sensor.hpp"
 
 namespace bayesctrl {
@@ -19,6 +19,8 @@ namespace bayesctrl {
 /// Everything that one closed-loop run needs, resolved.
 struct LoopSetup {
   Plant plant;
+  std::vector<Effect> effects;  // physics beside the plant's, part of the truth
+  Remainder remainder;
   StateVector initial_state;  // [q, v]
   Reference reference;
   double duration = 1.0;         // s

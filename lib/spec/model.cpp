@@ -1,5 +1,7 @@
 #include "spec/model.hpp"
 
+#include <filesystem>
+
 #include "io/emit.hpp"
 #include "io/read.hpp"
 #include "io/schema.hpp"
@@ -36,6 +38,87 @@ Custom read_custom(const Node& model, const Node& parameters) {
   }
 }
 
+/// {type, joint, parameters..., sd: {...}}: the deviations are for people.
+Effect read_effect(const Node& node, int joint_count) {
+  detail::require_map(node, "effects");
+  const std::size_t chosen = detail::to_alternative(node, "effects", names_of(static_cast<const EffectForm*>(nullptr)));
+  Effect effect;
+  std::size_t index = 0;
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E form) {
+    if (index++ != chosen) return;
+    detail::read_fields(node, E::kName, form, {"type", "joint", "sd"});
+    effect.form = form;
+  });
+  if (const Node::Entry* joint = node.find("joint")) {
+    effect.joint = detail::to_int(joint->value, "joint", {between(1, joint_count)}) - 1;
+  }
+  return effect;
+}
+
+Remainder read_remainder(const Node& node, int joint_count) {
+  detail::require_map(node, "remainder");
+  detail::require_known_keys(node, "remainder", {"regions", "terms"});
+  Remainder remainder;
+  const auto number = [](const Node& map, const char* key) {
+    const Node::Entry* entry = map.find(key);
+    return entry == nullptr ? 0.0 : detail::to_double(entry->value, key, {});
+  };
+  if (const Node::Entry* regions = node.find("regions")) {
+    detail::require_list(regions->value, "regions");
+    for (const Node& item : regions->value.items) {
+      detail::require_map(item, "regions");
+      remainder.regions.push_back(
+          {number(item, "lowest"), number(item, "highest"), number(item, "speed"), number(item, "input")});
+    }
+  }
+  if (const Node::Entry* terms = node.find("terms")) {
+    detail::require_list(terms->value, "terms");
+    for (const Node& item : terms->value.items) {
+      detail::require_map(item, "terms");
+      const Node::Entry* kind = item.find("kind");
+      if (kind == nullptr) detail::refuse_missing(item, "terms", "kind", {});
+      Term term;
+      const auto& words = names(TermKind{});
+      term.kind =
+          static_cast<TermKind>(detail::to_word(kind->value, "kind", detail::Names(words.begin(), words.end())));
+      if (const Node::Entry* joint = item.find("joint")) {
+        term.joint = detail::to_int(joint->value, "joint", {between(1, joint_count)}) - 1;
+      }
+      term.a = number(item, "a");
+      term.b = number(item, "b");
+      term.c = number(item, "c");
+      term.d = number(item, "d");
+      term.weight = number(item, "weight");
+      remainder.terms.push_back(term);
+    }
+  }
+  return remainder;
+}
+
+nlohmann::ordered_json remainder_json(const Remainder& remainder) {
+  nlohmann::ordered_json regions = nlohmann::ordered_json::array(), terms = regions;
+  for (const Remainder::Region& r : remainder.regions) {
+    regions.push_back({{"lowest", r.lowest}, {"highest", r.highest}, {"speed", r.speed}, {"input", r.input}});
+  }
+  for (const Term& term : remainder.terms) {
+    terms.push_back({{"kind", to_name(term.kind)},
+                     {"joint", term.joint + 1},
+                     {"a", term.a},
+                     {"b", term.b},
+                     {"c", term.c},
+                     {"d", term.d},
+                     {"weight", term.weight}});
+  }
+  return {{"regions", regions}, {"terms", terms}};
+}
+
+nlohmann::ordered_json effects_schema() {
+  nlohmann::ordered_json names = nlohmann::ordered_json::array();
+  for (const std::string_view name : names_of(static_cast<const EffectForm*>(nullptr))) names.push_back(name);
+  return {{"type", "array"},
+          {"items", {{"type", "object"}, {"properties", {{"type", {{"enum", names}}}}}, {"required", {"type"}}}}};
+}
+
 nlohmann::ordered_json custom_schema() {
   const nlohmann::ordered_json text{{"type", {"string", "number"}}};
   const nlohmann::ordered_json texts{{"anyOf", {text, {{"type", "array"}, {"items", text}, {"minItems", 1}}}}};
@@ -45,6 +128,8 @@ nlohmann::ordered_json custom_schema() {
   choice["properties"]["parameters"] = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
   choice["properties"]["acceleration"] = texts;
   choice["properties"]["inertia"] = texts;
+  choice["properties"]["effects"] = effects_schema();
+  choice["properties"]["remainder"] = {{"type", "object"}};
   choice["required"] = {"plant", "acceleration"};
   return choice;
 }
@@ -53,6 +138,16 @@ nlohmann::ordered_json custom_schema() {
 
 void read_value(const Node& node, Model& model) {
   detail::require_map(node, "model");
+  if (const Node::Entry* file = node.find("file")) {
+    detail::require_known_keys(node, Model::kName, {"file"});
+    const std::filesystem::path path =
+        std::filesystem::path(node.where.file).parent_path() / detail::to_text(file->value, "file");
+    const Node root = read_yaml(path);
+    const Node::Entry* inner = root.find("model");
+    if (inner == nullptr) throw SpecError(root.where, "no key 'model': not a model.yaml of bayesctrl diagnose");
+    if (inner->value.find("file") != nullptr) throw SpecError(inner->value.where, "a model file cannot name another");
+    return read_value(inner->value, model);
+  }
   const Node::Entry* plant = node.find("plant");
   const std::vector<std::string_view> plants = names_of(static_cast<const Plant*>(nullptr));
   if (plant == nullptr) {
@@ -67,14 +162,24 @@ void read_value(const Node& node, Model& model) {
   for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class Form>(Form form) {
     if (index++ != chosen) return;
     if constexpr (HasFields<Form>) {
-      detail::require_known_keys(node, Model::kName, {"plant", "parameters"});
+      detail::require_known_keys(node, Model::kName, {"plant", "parameters", "effects", "remainder"});
       detail::read_fields(parameters != nullptr ? parameters->value : none, "parameters", form);
       model.plant = form;
     } else {
-      detail::require_known_keys(node, Model::kName, {"plant", "parameters", "acceleration", "inertia"});
+      detail::require_known_keys(node, Model::kName,
+                                 {"plant", "parameters", "acceleration", "inertia", "effects", "remainder"});
       model.plant = read_custom(node, parameters != nullptr ? parameters->value : none);
     }
   });
+  model.effects.clear();
+  if (const Node::Entry* effects = node.find("effects")) {
+    detail::require_list(effects->value, "effects");
+    for (const Node& item : effects->value.items) model.effects.push_back(read_effect(item, joints(model.plant)));
+  }
+  model.remainder = {};
+  if (const Node::Entry* remainder = node.find("remainder")) {
+    model.remainder = read_remainder(remainder->value, joints(model.plant));
+  }
 }
 
 nlohmann::ordered_json json_value(const Model& model) {
@@ -90,6 +195,15 @@ nlohmann::ordered_json json_value(const Model& model) {
         }
       },
       model.plant);
+  if (!model.effects.empty()) {
+    object["effects"] = nlohmann::ordered_json::array();
+    for (const Effect& effect : model.effects) {
+      nlohmann::ordered_json entry{{"type", name_of(effect.form)}, {"joint", effect.joint + 1}};
+      std::visit([&](const auto& form) { detail::fields_to_json(form, entry); }, effect.form);
+      object["effects"].push_back(std::move(entry));
+    }
+  }
+  if (!model.remainder.empty()) object["remainder"] = remainder_json(model.remainder);
   return object;
 }
 
@@ -105,10 +219,17 @@ nlohmann::ordered_json schema_value(const Model*) {
       choice["description"] = Form::kText;
       choice["properties"]["plant"] = {{"const", Form::kName}};
       choice["properties"]["parameters"] = detail::object_schema<Form>(definitions);
+      choice["properties"]["effects"] = effects_schema();
+      choice["properties"]["remainder"] = {{"type", "object"}};
       choice["required"] = {"plant"};
       choices.push_back(std::move(choice));
     }
   });
+  nlohmann::ordered_json file = detail::empty_object_schema();
+  file["description"] = "a model that bayesctrl diagnose has written";
+  file["properties"]["file"] = {{"type", "string"}};
+  file["required"] = {"file"};
+  choices.push_back(std::move(file));
   return {{"description", "a plant and its parameters"}, {"oneOf", choices}};
 }
 

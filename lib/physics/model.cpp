@@ -1,0 +1,50 @@
+#include "physics/model.hpp"
+
+#include <Eigen/LU>
+
+namespace bayesctrl {
+
+Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
+  Affine result = affine(model.plant, q, v);
+  if (model.is_plain()) return result;
+  const Eigen::Index n = q.size();
+  const JointVector none = JointVector::Zero(n);
+  const JointMatrix mobility = motion(model.plant, q, v, none, 0.0).mobility;
+  const JointVector external = external_torque(model.plant, q);
+  JointVector torque = none, tilt = none, inertia = none;
+  for (const Effect& effect : model.effects) {
+    const Eigen::Index j = effect.joint;
+    const JointState state{q[j], v[j], 0.0, 0.0, external[j]};
+    std::visit(
+        [&]<class E>(const E& form) {
+          if constexpr (TimedEffect<E> || std::is_same_v<E, PeriodicDisturbance>) {
+            return;
+          } else if constexpr (TorqueEffect<E>) {
+            torque[j] += form.torque_at(state);
+          } else if constexpr (DryFriction<E>) {
+            torque[j] -= form.sliding(state) * (v[j] > 0.0 ? 1.0 : v[j] < 0.0 ? -1.0 : 0.0);
+          } else if constexpr (TiltEffect<E>) {
+            tilt[j] += form.tilt();
+          } else if constexpr (InertiaEffect<E>) {
+            inertia[j] += form.added_inertia();
+          } else if constexpr (std::is_same_v<E, InputGain>) {
+            result.gain.col(j) *= form.gain;
+          }
+        },
+        effect.form);
+  }
+  if (tilt.any()) torque += external_torque(model.plant, q + tilt) - external;
+  if (!model.remainder.empty()) {
+    torque += model.remainder.torque(model.remainder.begin(q, v, none), q, v, none, 0.0);
+  }
+  result.drift += mobility * torque;
+  if (inertia.any()) {
+    const JointMatrix system = JointMatrix::Identity(n, n) + mobility * inertia.asDiagonal();
+    const auto factor = system.partialPivLu();
+    result.drift = factor.solve(result.drift).eval();
+    result.gain = factor.solve(result.gain).eval();
+  }
+  return result;
+}
+
+}  // namespace bayesctrl
