@@ -17,7 +17,7 @@ RandomStream random_stream(std::uint64_t seed, std::string_view key);
 inline double draw_normal(RandomStream& stream) { return boost::random::normal_distribution<double>()(stream); }
 
 inline double draw_uniform(RandomStream& stream, double low, double high) {
-  return boost::random::uniform_real_distribution<double>(low, high)(stream);
+  return low < high ? boost::random::uniform_real_distribution<double>(low, high)(stream) : low;
 }
 
 }  // namespace bayesctrl

@@ -102,8 +102,18 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
       samples += static_cast<double>(data[r].samples());
     }
     group.columns = about.response->responses(accelerations);
-    for (Eigen::Index i = 0; i < count; ++i) {  // unit weights: together an RMS of 20 % of the nominal torque
-      const double rms = std::sqrt(squares[i] / samples);
+    // Unit weights: together an RMS of 20 % of the nominal torque. Bumps share one unit, so that those where hardly any
+    // motion passed stay small; terms of different kinds have each their own.
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const auto kind = group.terms[static_cast<std::size_t>(i)].kind;
+      double sum = 0.0, alike = 0.0;
+      for (Eigen::Index k = 0; k < count; ++k) {
+        if (group.terms[static_cast<std::size_t>(k)].kind != kind || (group.cause == Cause::history && k != i))
+          continue;
+        sum += squares[k];
+        alike += 1.0;
+      }
+      const double rms = std::sqrt(sum / alike / samples);
       const double unit =
           rms > 1e-12 ? kPriorShare * torque[group.joint] / (rms * std::sqrt(static_cast<double>(count))) : 0.0;
       group.terms[static_cast<std::size_t>(i)].weight = unit;
@@ -198,7 +208,7 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
   Remainder result;
   for (int j = 0; j < joints(about_.excitation->plant()); ++j) {
     const Survey s = survey(about_.excitation->data(), about_.paths, j);
-    result.regions.push_back({s.lowest, s.highest, s.speed, s.input});
+    result.regions.push_back({s.lowest, s.highest, s.speed, s.input, 1e300});
   }
   count = 0;
   for (std::size_t g = 0; g < used.size(); ++g) {
@@ -209,6 +219,26 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
       if (term.weight != 0.0) result.terms.push_back(term);
     }
   }
+  std::vector<double> largest(result.regions.size(), 0.0);
+  for (std::size_t r = 0; r < about_.paths.size(); ++r) {
+    const Measured& m = about_.excitation->data()[r];
+    const Trajectory& path = about_.paths[r];
+    Remainder::Memory memory;
+    for (std::size_t k = 0; k < m.samples(); ++k) {
+      const auto row = static_cast<Eigen::Index>(k);
+      const JointVector q = path.position.row(row), v = path.velocity.row(row), u = m.input.row(row);
+      if (k == 0) {
+        memory = result.begin(q, v, u);
+      } else {
+        result.advance(memory, q, v, u, m.time[k] - m.time[k - 1]);
+      }
+      const JointVector torque = result.torque(memory, q, v, u, m.time[k]);
+      for (std::size_t j = 0; j < largest.size(); ++j) {
+        largest[j] = std::max(largest[j], std::abs(torque[static_cast<Eigen::Index>(j)]));
+      }
+    }
+  }
+  for (std::size_t j = 0; j < largest.size(); ++j) result.regions[j].torque = largest[j];
   return result;
 }
 

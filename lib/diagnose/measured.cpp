@@ -58,11 +58,12 @@ std::vector<Segment> windows(const std::vector<Measured>& data, double length, s
   std::vector<Segment> list;
   for (std::size_t r = 0; r < data.size(); ++r) {
     const std::vector<double>& t = data[r].time;
+    const double period = sample_period(t);
     for (const Segment& stretch : stretches(data[r], r)) {
       std::size_t first = stretch.first;
       while (first < stretch.last) {
         std::size_t last = first;
-        const double end = t[first] + length * (1.0 + 1e-9) - 0.5 * sample_period(t);
+        const double end = t[first] + length * (1.0 + 1e-9) - 0.5 * period;
         while (last + 1 <= stretch.last && t[last + 1] <= end) ++last;
         const bool whole = last < stretch.last || t[last] - t[first] > 0.5 * length;
         if (whole && last - first + 1 >= least) list.push_back({r, first, last});
@@ -82,7 +83,7 @@ double quantum(const Eigen::VectorXd& values) {
     if (sorted[k] - sorted[k - 1] > 1e-9 * range) steps.push_back(sorted[k] - sorted[k - 1]);
   }
   // Quantised values repeat: few different ones, and the steps between them are multiples of the smallest.
-  if (steps.size() < 3 || 2 * steps.size() > sorted.size()) return 0.0;
+  if (steps.empty() || 2 * steps.size() > sorted.size()) return 0.0;
   const double smallest = *std::min_element(steps.begin(), steps.end());
   for (const double step : steps) {
     const double multiple = step / smallest;

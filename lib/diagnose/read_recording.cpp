@@ -72,26 +72,28 @@ std::size_t column_of(const DataTable& table, const Signal& signal, const std::s
 }
 
 DataTable read_table(const std::filesystem::path& path) {
-  if (path.extension() == ".mat") return read_mat(path);
+  if (path.extension() == ".mat" || path.extension() == ".MAT") return read_mat(path);
   return parse_data_csv(read_file(path, kMaxBytes), path.string());
 }
 
 std::string row_name(const DataTable& table, std::size_t row) {
-  return table.lines.empty() ? "row " + std::to_string(row + 1) : "";
+  return table.lines.empty() ? " row " + std::to_string(row + 1) : "";
 }
 
-/// The numbers of one signal, checked.
-std::vector<double> values_of(const DataTable& table, const Signal& signal, const std::string& file) {
+/// The numbers of one signal, checked in the rows that are wanted; empty: all.
+std::vector<double> values_of(const DataTable& table, const Signal& signal, const std::string& file,
+                              const std::vector<bool>& wanted = {}) {
   const std::vector<double>& raw = table.columns[column_of(table, signal, file)];
   std::vector<double> values;
   values.reserve(raw.size());
   for (std::size_t i = 0; i < raw.size(); ++i) {
-    if (!std::isfinite(raw[i])) {
+    const double value = raw[i] * signal.scale + signal.offset;
+    if (!std::isfinite(value) && (wanted.empty() || wanted[i])) {
       throw DataError({file, table.lines.empty() ? 0 : table.lines[i]},
-                      "column '" + shown(signal.column) + "' " + row_name(table, i) +
+                      "column '" + shown(signal.column) + "'" + row_name(table, i) +
                           " is missing or not a finite number; cut it out with from and to, or leave the row out");
     }
-    values.push_back(raw[i] * signal.scale + signal.offset);
+    values.push_back(value);
   }
   return values;
 }
@@ -136,7 +138,7 @@ DataTable parse_data_csv(std::string_view text, const std::string& file) {
       throw DataError({file, line_number},
                       "the row has " + std::to_string(cells.size()) + " cells, the header " + std::to_string(width));
     }
-    for (std::size_t i = 0; i < width; ++i) table.columns[i].push_back(to_number(cells[i], separator != ','));
+    for (std::size_t i = 0; i < width; ++i) table.columns[i].push_back(to_number(cells[i], separator == ';'));
     table.lines.push_back(line_number);
   }
   if (table.names.empty()) throw DataError({file}, "the file is empty");
@@ -150,6 +152,7 @@ DataTable read_mat(const std::filesystem::path& path) {
   DataTable table;
   const auto add = [&](const std::string& name, const matvar_t* variable) {
     if (variable == nullptr || variable->rank != 2 || variable->data == nullptr || variable->isComplex) return;
+    if (variable->class_type < MAT_C_DOUBLE || variable->class_type > MAT_C_UINT64) return;  // no plain numbers
     const std::size_t rows = variable->dims[0], columns = variable->dims[1];
     const bool vector = rows == 1 || columns == 1;
     const auto number = [&](std::size_t i) -> double {
@@ -164,6 +167,16 @@ DataTable read_mat(const std::filesystem::path& path) {
           return static_cast<const std::int16_t*>(variable->data)[i];
         case MAT_T_UINT16:
           return static_cast<const std::uint16_t*>(variable->data)[i];
+        case MAT_T_UINT32:
+          return static_cast<const std::uint32_t*>(variable->data)[i];
+        case MAT_T_INT8:
+          return static_cast<const std::int8_t*>(variable->data)[i];
+        case MAT_T_UINT8:
+          return static_cast<const std::uint8_t*>(variable->data)[i];
+        case MAT_T_INT64:
+          return static_cast<double>(static_cast<const std::int64_t*>(variable->data)[i]);
+        case MAT_T_UINT64:
+          return static_cast<double>(static_cast<const std::uint64_t*>(variable->data)[i]);
         default:
           return std::nan("");
       }
@@ -180,6 +193,7 @@ DataTable read_mat(const std::filesystem::path& path) {
     const std::unique_ptr<matvar_t, decltype(&Mat_VarFree)> variable(Mat_VarReadNext(mat.get()), &Mat_VarFree);
     if (variable == nullptr) break;
     if (variable->class_type == MAT_C_STRUCT) {
+      if (variable->data == nullptr || variable->rank != 2 || variable->dims[0] * variable->dims[1] == 0) continue;
       char* const* fields = Mat_VarGetStructFieldnames(variable.get());
       for (unsigned i = 0; i < Mat_VarGetNumberOfFields(variable.get()); ++i) {
         add(std::string(variable->name) + "." + fields[i], Mat_VarGetStructFieldByIndex(variable.get(), i, 0));
@@ -198,17 +212,22 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
   Measured result;
   result.name = file.name;
   std::vector<std::vector<double>> position, input;
-  for (const Signal& signal : signals.position) position.push_back(values_of(table, signal, path));
-  for (const Signal& signal : signals.input) {
-    input.push_back(values_of(table, signal, path));
-    result.linear_hold |= signal.linear_hold;
-  }
-  const std::size_t rows = position.front().size();
+  const std::size_t rows = table.columns[column_of(table, signals.position.front(), path)].size();
   std::vector<double> time;
   if (signals.time) {
     time = values_of(table, *signals.time, path);
   } else {
     for (std::size_t i = 0; i < rows; ++i) time.push_back(static_cast<double>(i) / signals.rate);
+  }
+  std::vector<bool> wanted;
+  for (const double t : time) wanted.push_back(!(file.from && t < *file.from) && !(file.to && t > *file.to));
+  wanted.resize(std::max(wanted.size(), rows), true);
+  for (const Signal& signal : signals.position) position.push_back(values_of(table, signal, path, wanted));
+  for (const Signal& signal : signals.input) {
+    const std::size_t length = table.columns[column_of(table, signal, path)].size();
+    if (length != rows) throw DataError({path}, "the signals differ in length");
+    input.push_back(values_of(table, signal, path, wanted));
+    result.linear_hold |= signal.linear_hold;
   }
   for (const auto* list : {&position, &input}) {
     for (const std::vector<double>& values : *list) {
@@ -260,6 +279,9 @@ Eigen::MatrixXd read_simulation(const RecordingFile& file, const Signals& signal
     time = values_of(table, *signals.time, path);
   } else {
     for (std::size_t i = 0; i < position.front().size(); ++i) time.push_back(static_cast<double>(i) / signals.rate);
+  }
+  for (const std::vector<double>& q : position) {
+    if (q.size() != time.size()) throw DataError({path}, "the signals differ in length");
   }
   for (std::size_t i = 1; i < time.size(); ++i) {
     if (time[i] < time[i - 1]) {

@@ -77,8 +77,8 @@ std::vector<RecordingFile> read_files(const Node& node, std::string_view name, c
 bool overlap(const RecordingFile& a, const RecordingFile& b) {
   std::error_code error;
   const bool same = fs::equivalent(a.file, b.file, error) || a.file.lexically_normal() == b.file.lexically_normal();
-  return same && a.from.value_or(-kInfinity) < b.to.value_or(kInfinity) &&
-         b.from.value_or(-kInfinity) < a.to.value_or(kInfinity);
+  return same && a.from.value_or(-kInfinity) <= b.to.value_or(kInfinity) &&
+         b.from.value_or(-kInfinity) <= a.to.value_or(kInfinity);
 }
 
 std::vector<std::size_t> read_effects(const Node* node) {
@@ -89,7 +89,10 @@ std::vector<std::size_t> read_effects(const Node* node) {
     return list;
   }
   detail::require_list(*node, "effects");
-  for (const Node& item : node->items) list.push_back(detail::to_word(item, "effects", names));
+  for (const Node& item : node->items) {
+    const std::size_t kind = detail::to_word(item, "effects", names);
+    if (std::find(list.begin(), list.end(), kind) == list.end()) list.push_back(kind);
+  }
   return list;
 }
 
@@ -183,7 +186,10 @@ DiagnosisSpec read_diagnosis_spec(const fs::path& path) {
       detail::require_list(free, "free");
       const std::vector<std::string> names = parameter_names(*spec.plant);
       const detail::Names allowed(names.begin(), names.end());
-      for (const Node& item : free.items) spec.free.push_back(names[detail::to_word(item, "free", allowed)]);
+      for (const Node& item : free.items) {
+        const std::string& name = names[detail::to_word(item, "free", allowed)];
+        if (std::find(spec.free.begin(), spec.free.end(), name) == spec.free.end()) spec.free.push_back(name);
+      }
     }
   } else if (std::any_of(spec.recordings.begin(), spec.recordings.end(),
                          [](const RecordingFile& file) { return file.simulation.empty(); })) {

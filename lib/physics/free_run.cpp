@@ -25,12 +25,16 @@ Recording run(const PlantType& plant, const StateVector& initial_state, const st
     result.velocity.row(k) = Eigen::Map<const Eigen::RowVectorXd>(y.data() + kJoints, kJoints);
     if (k + 1 == samples) break;
     const JointVector u = inputs.row(k);
-    const auto equation = [&](const auto& x, auto& dxdt, double) {
+    const auto equation = [&](const auto& x, auto& dxdt, double t) {
       const JointVector q = Eigen::Map<const JointVector>(x.data(), kJoints);
       const JointVector v = Eigen::Map<const JointVector>(x.data() + kJoints, kJoints);
-      const Affine affine = plant.affine(q, v);
       Eigen::Map<JointVector>(dxdt.data(), kJoints) = v;
-      Eigen::Map<JointVector>(dxdt.data() + kJoints, kJoints) = affine.drift + affine.gain * u;
+      if constexpr (requires { plant.acceleration(q, v, u, t); }) {
+        Eigen::Map<JointVector>(dxdt.data() + kJoints, kJoints) = plant.acceleration(q, v, u, t);
+      } else {
+        const Affine affine = plant.affine(q, v);
+        Eigen::Map<JointVector>(dxdt.data() + kJoints, kJoints) = affine.drift + affine.gain * u;
+      }
     };
     const auto at = static_cast<std::size_t>(k);
     integrate(equation, y, time[at], time[at + 1], integration, step);

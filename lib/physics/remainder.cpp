@@ -144,6 +144,10 @@ JointVector Remainder::torque(const Memory& memory, const JointVector& q, const 
     sum[j] += fade[j] * term.weight *
               (late ? term.value(q[j], v[j], u[j], t, memory[i]) : term.value(at[j], speed[j], input[j], t, memory[i]));
   }
+  for (std::size_t j = 0; j < regions.size(); ++j) {
+    double& torque = sum[static_cast<Eigen::Index>(j)];
+    torque = std::clamp(torque, -regions[j].torque, regions[j].torque);
+  }
   return sum;
 }
 

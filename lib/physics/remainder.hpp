@@ -64,6 +64,7 @@ struct Remainder {
   /// What the terms have seen of one joint; beyond it they fade away.
   struct Region {
     double lowest = 0.0, highest = 0.0, speed = 0.0, input = 0.0;
+    double torque = 1e300;  // largest that was seen: no more is given
     bool operator==(const Region&) const = default;
   };
   std::vector<Term> terms;

@@ -134,13 +134,18 @@ class Loop {
     const auto equation = [&](const OdeState& y, OdeState& dydt, double t) {
       const JointVector q = part(y, 0), v = part(y, kJoints);
       const auto& u = law(y, t);
-      const Affine affine = plant_.affine(q, v);
       const ReferencePoint xi = at(setup_.reference, t);
-      for (std::size_t i = 0; i < kJoints; ++i) {
-        const auto row = static_cast<Eigen::Index>(i);
-        dydt[i] = v[row];
-        dydt[kJoints + i] = affine.drift[row] + affine.gain.row(row).dot(u);
+      if constexpr (requires { plant_.acceleration(q, v, u, t); }) {
+        const JointVector a = plant_.acceleration(q, v, u, t);
+        for (std::size_t i = 0; i < kJoints; ++i) dydt[kJoints + i] = a[static_cast<Eigen::Index>(i)];
+      } else {
+        const Affine affine = plant_.affine(q, v);
+        for (std::size_t i = 0; i < kJoints; ++i) {
+          const auto row = static_cast<Eigen::Index>(i);
+          dydt[kJoints + i] = affine.drift[row] + affine.gain.row(row).dot(u);
+        }
       }
+      for (std::size_t i = 0; i < kJoints; ++i) dydt[i] = v[static_cast<Eigen::Index>(i)];
       dydt[2 * kJoints] = u.squaredNorm();
       dydt[2 * kJoints + 1] = (q - xi.position).squaredNorm() + (v - xi.velocity).squaredNorm();
     };

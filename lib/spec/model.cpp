@@ -67,8 +67,9 @@ Remainder read_remainder(const Node& node, int joint_count) {
     detail::require_list(regions->value, "regions");
     for (const Node& item : regions->value.items) {
       detail::require_map(item, "regions");
-      remainder.regions.push_back(
-          {number(item, "lowest"), number(item, "highest"), number(item, "speed"), number(item, "input")});
+      remainder.regions.push_back({number(item, "lowest"), number(item, "highest"), number(item, "speed"),
+                                   number(item, "input"),
+                                   item.find("torque") == nullptr ? 1e300 : number(item, "torque")});
     }
   }
   if (const Node::Entry* terms = node.find("terms")) {
@@ -98,7 +99,8 @@ Remainder read_remainder(const Node& node, int joint_count) {
 nlohmann::ordered_json remainder_json(const Remainder& remainder) {
   nlohmann::ordered_json regions = nlohmann::ordered_json::array(), terms = regions;
   for (const Remainder::Region& r : remainder.regions) {
-    regions.push_back({{"lowest", r.lowest}, {"highest", r.highest}, {"speed", r.speed}, {"input", r.input}});
+    regions.push_back(
+        {{"lowest", r.lowest}, {"highest", r.highest}, {"speed", r.speed}, {"input", r.input}, {"torque", r.torque}});
   }
   for (const Term& term : remainder.terms) {
     terms.push_back({{"kind", to_name(term.kind)},

@@ -78,6 +78,13 @@ void Custom::compile() {
   for (const auto& [name, value] : parameters_.items) compiled_->values.push_back(value);
   const auto build = [&](const std::string& text, const std::string& what) {
     mu::Parser parser;
+    if (text.find_first_of("\n\r") != std::string::npos)
+      throw std::invalid_argument(what + ": an expression is one line");
+    for (std::size_t i = text.find('='); i != std::string::npos; i = text.find('=', i + 1)) {  // muParser would assign
+      const bool compares = (i + 1 < text.size() && text[i + 1] == '=') ||
+                            (i > 0 && std::string_view("=<>!").find(text[i - 1]) != std::string_view::npos);
+      if (!compares) throw std::invalid_argument(what + " '" + text + "' assigns: write the right-hand side alone");
+    }
     try {
       parser.ClearConst();
       parser.DefineConst("pi", std::numbers::pi);
