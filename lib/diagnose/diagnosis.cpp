@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "base/format.hpp"
 #include "diagnose/discrepancy.hpp"
@@ -22,14 +20,19 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kSignificant = 1e-4;   // p-value of what the best explanation leaves
-constexpr double kNothing = 1e-5;       // p-value of the nominal alone, where no effect explains anything
-constexpr double kMaterial = 0.1;       // of the refit nominal's error
-constexpr double kEarned = 0.0;         // nats by which effects beside a remainder must beat it alone
-constexpr double kConfident = 0.9;      // probability, below which the verdict is `ambiguous`
-constexpr double kInseparable = 3.0;    // nats
-constexpr double kShown = 1e-4;         // probability of an alternative that is listed
-constexpr double kLeastDuration = 1.0;  // s of recording
+constexpr double kSignificant = 1e-4;       // p-value of what the best explanation leaves
+constexpr double kNothing = 1e-5;           // p-value of the nominal alone, where no effect explains anything
+constexpr double kFarFromNoise = 3.0;       // noise, RMS, left by the best explanation
+constexpr double kWindow = 2.0;             // s, over which explanations are fitted
+constexpr double kFastestMode = 10.0;       // Hz, of the mechanics, at least
+constexpr double kBandwidth = 2.5;          // times the motion's mean frequency
+constexpr double kSamplesPerPeriod = 20.0;  // of the fastest mode; more are thinned out for the search
+constexpr double kMaterial = 0.1;           // of the refit nominal's error
+constexpr double kEarned = 0.0;             // nats by which effects beside a remainder must beat it alone
+constexpr double kConfident = 0.9;          // probability, below which the verdict is `ambiguous`
+constexpr double kInseparable = 3.0;        // nats
+constexpr double kShown = 1e-4;             // probability of an alternative that is listed
+constexpr double kLeastDuration = 1.0;      // s of recording
 constexpr double kLeastSamples = 60.0;
 constexpr double kLeastMotion = 5.0;      // of the noise, RMS: below, the machine never moved
 constexpr double kSignificantBand = 3.0;  // standard deviations of the missing torque
@@ -456,6 +459,43 @@ ordered_json compare_simulations(const DiagnosisSpec& spec, const std::vector<Me
   return mismatch;
 }
 
+/// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Of those that
+/// leave an immaterial part of the nominal's error, the one with the fewest effects and numbers then comes first.
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon) {
+  if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
+  const std::vector<Trajectory>& paths = explanation.measured->paths;
+  const double noise = explanation.noise.norm() / std::sqrt(static_cast<double>(explanation.noise.size()));
+  const auto beyond_noise = [&](const Fit& f) {
+    const double rms = free_runs({f.plant, f.effects, {}}, data, paths, horizon, false, explanation.max_step).rms;
+    return std::sqrt(std::max(0.0, rms * rms - noise * noise));
+  };
+  const double whole = beyond_noise(explanation.without_effects().fit);
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) order.push_back(i);
+  const auto size = [&](std::size_t i) {
+    const Fit& f = explanation.candidates[i].fit;
+    return std::pair(f.effects.size(), f.unknowns.size());
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) < size(b); });
+  for (const std::size_t i : order) {
+    if (explanation.candidates[i].fit.effects.empty()) continue;
+    if (beyond_noise(explanation.candidates[i].fit) > kMaterial * whole) continue;
+    // Of sets of the same size the better one.
+    std::size_t chosen = i;
+    for (const std::size_t k : order) {
+      if (size(k) == size(i) &&
+          explanation.candidates[k].fit.log_evidence > explanation.candidates[chosen].fit.log_evidence)
+        chosen = k;
+    }
+    Candidate simple = explanation.candidates[chosen];
+    explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
+    for (Candidate& other : explanation.candidates) other.probability = 0.0;
+    simple.probability = 1.0;
+    explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
+    return;
+  }
+}
+
 }  // namespace
 
 Diagnosis diagnose(const DiagnosisSpec& spec) {
@@ -471,10 +511,10 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     json["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   };
 
-  const std::vector<Measured> data = read_all(spec.recordings, spec.signals);
-  const Eigen::VectorXd first_noise = noise_level(data);
+  const std::vector<Measured> all_data = read_all(spec.recordings, spec.signals);
+  const Eigen::VectorXd first_noise = noise_level(all_data);
   json["fit"]["noise_floor"] = first_noise.norm() / std::sqrt(static_cast<double>(first_noise.size()));
-  if (const std::string reason = too_little(data, first_noise); !reason.empty()) {
+  if (const std::string reason = too_little(all_data, first_noise); !reason.empty()) {
     json["reason"] = reason;
     finish();
     return result;
@@ -482,7 +522,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const bool simulations = std::any_of(spec.recordings.begin(), spec.recordings.end(),
                                        [](const RecordingFile& file) { return !file.simulation.empty(); });
   if (simulations) {
-    const ordered_json mismatch = compare_simulations(spec, data, first_noise.cwiseMax(1e-12));
+    const ordered_json mismatch = compare_simulations(spec, all_data, first_noise.cwiseMax(1e-12));
     if (!spec.plant) {
       json["mismatch"] = mismatch;
       json["verdict"] = "unknown";
@@ -495,8 +535,11 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
 
   const int joints = spec.joints();
   const Plant& nominal = *spec.plant;
-  const ExplainOptions options{.allowed = spec.effects, .free = spec.free};
-  const Explanation explanation = explain(nominal, data, options);
+  const double fastest = std::max(kFastestMode, kBandwidth * mean_frequency(all_data, first_noise));
+  const ExplainOptions options{spec.effects, spec.free, kWindow * kFastestMode / fastest, fastest};
+  const std::vector<Measured> data = decimated(all_data, kSamplesPerPeriod * fastest);
+  Explanation explanation = explain(nominal, data, options);
+  prefer_simple(explanation, data, spec.horizon);
   const Fit& best = explanation.best().fit;
   const Fit& empty = explanation.without_effects().fit;
   const Linearisation& about = *explanation.linearisation;
@@ -504,12 +547,11 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
 
   // The nominal as given.
   const LinearResponse response_as_given(nominal, data, explanation.measured->paths, explanation.noise,
-                                         about.response->windows());
+                                         about.response->windows(), options.fastest_mode);
   const FitProblem as_given{
       nominal, {}, data, response_as_given, *about.excitation, options.penalty, explanation.max_step};
   const Fit given = spec.free.empty() ? empty : fit(as_given, {});
-  const double p_given = explanation.p_value(given), p_empty = explanation.p_value(empty),
-               p_best = explanation.p_value(best);
+  const double p_given = explanation.p_value(given), p_best = explanation.p_value(best);
 
   // Verdict.
   const bool named_something = !best.effects.empty();
@@ -556,20 +598,19 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
           remainder = remainder_without(-1);
         }
       };
+      const auto none = [](int) { return Remainder{}; };
+      consider(empty, none);
       for (const bool leading_only : {true, false}) {
         consider(empty, [&](int out) { return discrepancy.remainder(missing.target, left, leading_only, out); });
       }
-      if (earned) {
+      if (named_something) {
+        consider(best, none);
         consider(best, [&](int out) { return about_best.remainder(best.residual, beside_best, true, out); });
       }
       if (!said_fit.effects.empty()) left = beside_best;
     } else {
       left = beside_best;
       remainder = about_best.remainder(best.residual, left, false);
-    }
-    if (std::getenv("BAYESCTRL_DEBUG") != nullptr) {
-      std::fprintf(stderr, "p_best %g share %g log_odds %g left.explained %g\n", p_best, share, odds.log_odds,
-                   left.explained);
     }
   }
   if (verdict == Verdict::named && alike.probability < kConfident) verdict = Verdict::ambiguous;
@@ -661,7 +702,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     add_runs(result.fit, set, recordings, runs_before, runs_after);
     return fits;
   };
-  json["fit"]["train"] = report(data, smoothed, false, "train");
+  json["fit"]["train"] = report(all_data, smooth_all(nominal, all_data, explanation.noise), false, "train");
   json["next_experiment"] = propose(nominal, explanation, data, joints);
 
   // Hold out: only now.
@@ -672,7 +713,6 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   result.missing_torque = torque_table(data, smoothed);
   result.model = model_json(spec, after, said_fit);
   finish();
-  (void)p_empty;
   return result;
 }
 

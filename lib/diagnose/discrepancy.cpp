@@ -8,12 +8,13 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 36;          // along each input
-constexpr int kStateBumps = 7;      // along each side of the grid over position and velocity
-constexpr double kTimeStep = 0.2;   // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;   // s between bumps in the time of one recording
-constexpr std::size_t kShapes = 8;  // of each effect that is weighed against a discrepancy
-constexpr std::size_t kKinds = 3;   // of discrepancy that effects are weighed against
+constexpr int kBumps = 36;             // along each input
+constexpr int kStateBumps = 7;         // along each side of the grid over position and velocity
+constexpr double kTimeStep = 0.2;      // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;      // s between bumps in the time of one recording
+constexpr std::size_t kShapes = 8;     // of each effect that is weighed against a discrepancy
+constexpr std::size_t kKinds = 3;      // of discrepancy that effects are weighed against
+constexpr double kHistoryGain = 0.03;  // of the squares, that the past must explain beyond the present
 constexpr double kPriorShare = 0.2;
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 
@@ -160,10 +161,11 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
     most = whole;
     best.joint = j;
     best.explained = whole;
-    // The past can imitate the present: it counts for what it explains beyond.
+    // The past can imitate the present: unless it leaves less than half, it counts for what it explains beyond.
     double present = 0.0;
     for (std::size_t i = 0; i < 4; ++i) present = std::max(present, alone[i]);
-    alone[4] = std::max(0.0, alone[4] - present);
+    const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && alone[4] - present > kHistoryGain;
+    if (!needed) alone[4] = std::max(0.0, alone[4] - present);
     // What explains all but a little is much more likely the cause than what explains half.
     double sum = 0.0;
     for (double& part : alone) {

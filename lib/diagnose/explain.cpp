@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 
 #include "base/error.hpp"
@@ -19,6 +17,8 @@ constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a f
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
 constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
+constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
+constexpr int kAdditions = 3;          // to each of them
 constexpr int kAdjustments = 6;        // linear steps of free parameters
 constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
 constexpr int kRounds = 3;             // of linearisation
@@ -28,7 +28,8 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
                                          const ExplainOptions& options) {
   auto result = std::make_shared<Linearisation>();
   result->paths = std::move(paths);
-  result->response = std::make_unique<LinearResponse>(plant, data, result->paths, noise, windows(data, options.window));
+  result->response = std::make_unique<LinearResponse>(plant, data, result->paths, noise, windows(data, options.window),
+                                                      options.fastest_mode);
   result->excitation = std::make_unique<Excitation>(plant, data, result->paths);
   result->dictionary = make_dictionary(*result->response, *result->excitation, options.allowed);
   return result;
@@ -57,7 +58,7 @@ Eigen::MatrixXd slopes_of_free(const LinearResponse& response, const Excitation&
 Plant adjusted(Plant plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
                const Eigen::VectorXd& noise, const ExplainOptions& options) {
   for (int round = 0; round < kAdjustments && !options.free.empty(); ++round) {
-    const LinearResponse response(plant, data, paths, noise, windows(data, 0.5 * options.window));
+    const LinearResponse response(plant, data, paths, noise, windows(data, 0.5 * options.window), options.fastest_mode);
     const Excitation excitation(plant, data, paths);
     const Eigen::MatrixXd slopes = slopes_of_free(response, excitation, plant, data, options.free);
     const Eigen::VectorXd change = slopes.colPivHouseholderQr().solve(response.target());
@@ -238,7 +239,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
   for (const Measured& m : data) paths.push_back(smooth(nominal, m, result.noise, prior));
   const std::vector<Segment> parts = windows(data, options.window);
   {  // the noise once more, from all modes that are too fast for mechanics
-    const LinearResponse first(nominal, data, paths, result.noise, parts);
+    const LinearResponse first(nominal, data, paths, result.noise, parts, options.fastest_mode);
     const Eigen::VectorXd ratio = first.noise_ratio();
     result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
     for (Eigen::Index j = 0; j < ratio.size(); ++j) {
@@ -291,6 +292,29 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
       fits.add_subsets();
     }
 
+    // Where even the best leaves much, simple laws with a remainder are wanted as well: small sets and one number more.
+    if (result.excess(*fits.ranked().front()) > kFarOff) {
+      std::vector<std::vector<Effect>> small;
+      for (const Fit* f : fits.ranked()) {
+        if (f->unknowns.size() <= 3 && f->effects.size() <= 2 && !f->effects.empty()) small.push_back(f->effects);
+      }
+      small.resize(std::min<std::size_t>(small.size(), kSmallSets));
+      for (const std::vector<Effect>& effects : small) {
+        int more = 0;
+        for (const Finding& finding : screen.neighbours(effects)) {
+          if (more >= kAdditions) break;
+          if (finding.suspects.size() != effects.size() + 1 ||
+              static_cast<std::size_t>(finding.coefficients.size()) != finding.suspects.size()) {
+            continue;
+          }
+          std::vector<Effect> larger = finding.effects(about->dictionary);
+          if (fits.tried(key(larger))) continue;
+          fits.add(std::move(larger));
+          ++more;
+        }
+      }
+    }
+
     const std::vector<const Fit*> ranked = fits.ranked();
     result.candidates.clear();
     double sum = 0.0;
@@ -301,12 +325,6 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     }
     for (Candidate& candidate : result.candidates) candidate.probability /= sum;
     result.linearisation = about;
-    if (std::getenv("BAYESCTRL_DEBUG") != nullptr) {
-      for (const Fit* f : ranked) {
-        std::fprintf(stderr, "  %d %9.2f T %.3f %s\n", round, f->log_evidence, f->squares / result.rows,
-                     key(f->effects).c_str());
-      }
-    }
     const double left = result.excess(result.best().fit);
     if (result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) break;
     kept.clear();

@@ -46,6 +46,7 @@ struct ExplainOptions {
   std::vector<std::size_t> allowed;  // indices of EffectForm
   std::vector<std::string> free;     // nominal parameters
   double window = 2.0;               // s
+  double fastest_mode = 10.0;        // Hz, of what mechanics does
   double penalty = 3.0;              // nats per effect
   int refined = 8;                   // findings of the screen that are fitted, at least
   int neighbours = 6;                // sets next to the best one that are fitted in each round

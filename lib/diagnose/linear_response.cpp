@@ -10,14 +10,13 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kFastestMode = 10.0;  // Hz
-constexpr int kPolynomials = 4;        // 1, t, t^2, t^3: what cosines are slow to sum up
+constexpr int kPolynomials = 4;  // 1, t, t^2, t^3: what cosines are slow to sum up
 
 /// Orthonormal slow modes of one window, samples x modes.
-Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& window) {
+Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& window, double fastest) {
   const auto samples = static_cast<Eigen::Index>(window.samples());
   const double length = time[window.last] - time[window.first];
-  const auto wanted = static_cast<Eigen::Index>(kPolynomials + 2.0 * kFastestMode * length);
+  const auto wanted = static_cast<Eigen::Index>(kPolynomials + 2.0 * fastest * length);
   const Eigen::Index count = std::max<Eigen::Index>(std::min(wanted, samples / 2), std::min<Eigen::Index>(samples, 4));
   Eigen::MatrixXd modes(samples, count);
   for (Eigen::Index i = 0; i < samples; ++i) {
@@ -35,7 +34,7 @@ Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& windo
 
 LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& data,
                                const std::vector<Trajectory>& path, const Eigen::VectorXd& noise,
-                               const std::vector<Segment>& windows)
+                               const std::vector<Segment>& windows, double fastest_mode)
     : joints_(joints(plant)), windows_(windows) {
   const Eigen::Index n = joints_, states = 2 * n;
   constexpr double kStep = 1e-5;
@@ -46,7 +45,7 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
     const Measured& m = data[window.recording];
     const Trajectory& motion_of = path[window.recording];
     const auto samples = static_cast<Eigen::Index>(window.samples());
-    const Eigen::MatrixXd modes = slow_modes(m.time, window);
+    const Eigen::MatrixXd modes = slow_modes(m.time, window, fastest_mode);
     const Eigen::Index count = modes.cols();
 
     // Transition of each step, and what the reference motion lacks to be one of the nominal.

@@ -10,8 +10,9 @@ namespace bayesctrl {
 /// with variance 1 for a perfect model. Exact to first order in the distance between the two motions.
 class LinearResponse {
  public:
+  /// `fastest_mode`: Hz.
   LinearResponse(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
-                 const Eigen::VectorXd& noise, const std::vector<Segment>& windows);
+                 const Eigen::VectorXd& noise, const std::vector<Segment>& windows, double fastest_mode = 10.0);
 
   Eigen::Index rows() const { return rows_; }
 

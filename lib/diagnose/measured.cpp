@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace bayesctrl {
 
@@ -72,6 +73,62 @@ std::vector<Segment> windows(const std::vector<Measured>& data, double length, s
     }
   }
   return list;
+}
+
+double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
+  double highest = 0.0;
+  for (Eigen::Index j = 0; j < noise.size(); ++j) {
+    double speed = 0.0, position = 0.0;
+    for (const Measured& m : data) {
+      const Eigen::VectorXd q = m.position.col(j);
+      const double h = sample_period(m.time), mean = q.mean();
+      const Eigen::Index n = q.size() - 1;
+      const double steps = (q.tail(n) - q.head(n)).squaredNorm() - 2.0 * noise[j] * noise[j] * static_cast<double>(n);
+      speed += std::max(0.0, steps) / (h * h);
+      position += (q.array() - mean).square().sum();
+    }
+    if (position > 0.0) highest = std::max(highest, std::sqrt(speed / position) / (2.0 * std::numbers::pi));
+  }
+  return highest;
+}
+
+std::vector<Measured> decimated(const std::vector<Measured>& data, double rate) {
+  std::vector<Measured> result;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const Measured& m = data[r];
+    const auto factor = static_cast<std::size_t>(1.0 / (sample_period(m.time) * rate) + 1e-6);
+    if (factor < 2) {
+      result.push_back(m);
+      continue;
+    }
+    Measured less{m.name, {}, {}, {}, m.start, m.linear_hold};
+    std::vector<Eigen::Index> kept;
+    std::vector<Eigen::RowVectorXd> input;
+    for (const Segment& stretch : stretches(m, r)) {
+      for (std::size_t k = stretch.first; k <= stretch.last; k += factor) {
+        const std::size_t end = std::min(k + factor, stretch.last + 1);
+        Eigen::RowVectorXd impulse = Eigen::RowVectorXd::Zero(m.input.cols());
+        double span = 0.0;
+        for (std::size_t i = k; i < end; ++i) {
+          const double h = i + 1 < m.samples() ? std::min(m.time[i + 1] - m.time[i], 2.0 / rate) : 1.0 / rate;
+          impulse += h * m.input.row(static_cast<Eigen::Index>(i));
+          span += h;
+        }
+        kept.push_back(static_cast<Eigen::Index>(k));
+        less.time.push_back(m.time[k]);
+        input.push_back(impulse / span);
+      }
+    }
+    less.position.resize(static_cast<Eigen::Index>(kept.size()), m.position.cols());
+    less.input.resize(less.position.rows(), m.input.cols());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      less.position.row(row) = m.position.row(kept[i]);
+      less.input.row(row) = input[i];
+    }
+    result.push_back(std::move(less));
+  }
+  return result;
 }
 
 double quantum(const Eigen::VectorXd& values) {

@@ -41,6 +41,13 @@ std::vector<Segment> windows(const std::vector<Measured>& data, double length, s
 /// samples per fastest period.
 Eigen::VectorXd noise_level(const std::vector<Measured>& data);
 
+/// Mean frequency of the motion, Hz: RMS speed over RMS position, of the fastest joint.
+double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& noise);
+
+/// Every `factor`-th sample, with the mean of the inputs in between: enough where the mechanics is far slower than the
+/// sampling. Recordings sampled at less than twice `rate` (Hz) stay as they are.
+std::vector<Measured> decimated(const std::vector<Measured>& data, double rate);
+
 /// Smallest step between different values, where most values repeat; 0 for values that are not quantised.
 double quantum(const Eigen::VectorXd& values);
 

@@ -188,7 +188,10 @@ DiagnosisSpec read_diagnosis_spec(const fs::path& path) {
       const detail::Names allowed(names.begin(), names.end());
       for (const Node& item : free.items) {
         const std::string& name = names[detail::to_word(item, "free", allowed)];
-        if (std::find(spec.free.begin(), spec.free.end(), name) == spec.free.end()) spec.free.push_back(name);
+        if (std::find(spec.free.begin(), spec.free.end(), name) != spec.free.end()) {
+          throw SpecError(item.where, "free names '" + name + "' twice");
+        }
+        spec.free.push_back(name);
       }
     }
   } else if (std::any_of(spec.recordings.begin(), spec.recordings.end(),

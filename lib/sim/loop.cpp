@@ -44,11 +44,13 @@ class Loop {
         count_(control_steps(setup.duration, setup.control_period)),
         period_steps_(std::max(1L, std::lround(setup.learner.period / setup.control_period))),
         measurement_(setup.sensor, dt_, kJoints, static_cast<std::size_t>(count_) + 1, random),
-        random_(random),
-        truth_{setup.plant, setup.effects, setup.remainder},
-        machine_(setup.plant, setup.effects, setup.remainder) {
+        random_(random) {
     for (std::size_t i = 0; i < 2 * kJoints; ++i) y_[i] = setup.initial_state[static_cast<Eigen::Index>(i)];
-    if (!truth_.is_plain()) simulation_.emplace(machine_, setup.initial_state, 0.0, kLongestStep);
+    if (!setup.effects.empty() || !setup.remainder.empty()) {
+      truth_ = Model{setup.plant, setup.effects, setup.remainder};
+      machine_.emplace(setup.plant, setup.effects, setup.remainder);
+      simulation_.emplace(*machine_, setup.initial_state, 0.0, kLongestStep);
+    }
     result_.belief = setup.belief;
     result_.steps.reserve(static_cast<std::size_t>(count_) + 1);
     if constexpr (kLearns) result_.belief.reserve(static_cast<int>(count_ / std::max(3L, period_steps_)) + 2);
@@ -158,7 +160,7 @@ class Loop {
     LawInput input{acceleration, nullptr, belief};
     Affine truth;
     if constexpr (ControllerType::kKnowledge == Knowledge::truth) {
-      truth = truth_.is_plain() ? plant_.affine(q, v) : affine(truth_, q, v);
+      truth = truth_ ? affine(*truth_, q, v) : plant_.affine(q, v);
       input.truth = &truth;
     }
     return limited(controller_(input), setup_.input_limit);
@@ -231,9 +233,9 @@ class Loop {
   long period_steps_;
   Measurement measurement_;
   RandomStream random_;
-  Model truth_;
-  Machine machine_;
-  std::optional<Simulation> simulation_;  // of a machine with effects
+  std::optional<Model> truth_;  // of a machine with effects, as are the two below
+  std::optional<Machine> machine_;
+  std::optional<Simulation> simulation_;
   OdeState y_{};
   double step_ = dt_;
   Learning learning_;

@@ -90,7 +90,7 @@ TEST_CASE("The level of the noise is never below that of rounding", "[diagnose]"
   }
 }
 
-TEST_CASE("A joint that moves by few steps of its sensor, or not at all, has noise", "[diagnose][!mayfail]") {
+TEST_CASE("A joint that moves by few steps of its sensor, or not at all, has noise", "[diagnose]") {
   RandomStream random = random_stream(4, "noise");
   Measured measured = smooth(sample_times(random, 4000, 0.005, 0.0));
   for (double& q : measured.position.reshaped()) q = 2.0 * std::round(q / 2.0);

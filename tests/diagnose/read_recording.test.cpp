@@ -232,12 +232,12 @@ TEST_CASE("What a column holds that no signal names does not matter", "[diagnose
   CHECK(read_text(text).samples() == 10);
 }
 
-TEST_CASE("Rows without a number may be cut out with from and to", "[diagnose][!mayfail]") {
+TEST_CASE("Rows without a number may be cut out with from and to", "[diagnose]") {
   const std::string text = replaced(example_csv(30), "0.1,1,", "0.1,NaN,");
   CHECK(read_error(text, example_signals(), between_times(0.5)) == "nothing thrown");
 }
 
-TEST_CASE("A number that scaling makes infinite is refused", "[diagnose][!mayfail]") {
+TEST_CASE("A number that scaling makes infinite is refused", "[diagnose]") {
   Signals signals = example_signals();
   signals.position[0].scale = 1e200;
   CHECK(read_error(replaced(example_csv(10), "0.4,4", "0.4,1e200"), signals) != "nothing thrown");
@@ -342,7 +342,7 @@ TEST_CASE("Fields of a struct and columns of a matrix in a MATLAB file have name
              Catch::Contains("the signals differ in length"));
 }
 
-TEST_CASE("Whole numbers of every size in a MATLAB file are numbers", "[diagnose][!mayfail]") {
+TEST_CASE("Whole numbers of every size in a MATLAB file are numbers", "[diagnose]") {
   const Folder folder;
   const std::filesystem::path path = folder.path() / "run.mat";
   std::vector<std::uint8_t> bytes{1, 2, 255};
@@ -358,7 +358,7 @@ TEST_CASE("Whole numbers of every size in a MATLAB file are numbers", "[diagnose
 
 // Hidden for now: these end the program. Run them with the name or the tag [memory].
 
-TEST_CASE("A sparse matrix or an empty struct in a MATLAB file is no column", "[.][memory]") {
+TEST_CASE("A sparse matrix or an empty struct in a MATLAB file is no column", "[diagnose]") {
   const Folder folder;
   const std::filesystem::path path = folder.path() / "run.mat";
   Column q{1, 2, 3};
@@ -381,7 +381,7 @@ TEST_CASE("A sparse matrix or an empty struct in a MATLAB file is no column", "[
   CHECK(read_mat(path).names == Names{"q"});
 }
 
-TEST_CASE("The signals of a simulation must be as long as its time", "[.][memory]") {
+TEST_CASE("The signals of a simulation must be as long as its time", "[diagnose]") {
   const Folder folder;
   RecordingFile file = file_at(folder.path() / "run.csv");
   file.simulation = folder.path() / "simulated.mat";

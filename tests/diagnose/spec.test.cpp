@@ -212,7 +212,7 @@ TEST_CASE("A training file is recognised by another name", "[diagnose]") {
   CHECK_THAT(error_of([&] { read_text(kSpec, folder); }), Catch::Contains("is also a training recording"));
 }
 
-TEST_CASE("What is free is named once", "[diagnose][!mayfail]") {
+TEST_CASE("What is free is named once", "[diagnose]") {
   CHECK(error_with("free: [friction, mass]", "free: [mass, mass]") != "nothing thrown");
 }
 

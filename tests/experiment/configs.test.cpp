@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "diagnose/spec.hpp"
 #include "experiment/calibrate.hpp"
 #include "experiment/check.hpp"
 #include "experiment/read.hpp"
@@ -29,6 +30,10 @@ TEST_CASE("Every file of configs/ is read, and the same when written out and rea
   for (const auto& entry : fs::directory_iterator(fs::path(BAYESCTRL_SOURCE_DIR) / "configs")) {
     const std::string name = entry.path().filename().string();
     INFO(name);
+    if (entry.is_directory()) {  // diagnoses of real machines
+      for (const auto& spec : fs::directory_iterator(entry.path())) CHECK_NOTHROW(read_diagnosis_spec(spec.path()));
+      continue;
+    }
     if (name.starts_with("calibrate_")) {
       check_round_trip(read<Calibration>(read_yaml(entry.path())));
     } else if (name.starts_with("paper_")) {

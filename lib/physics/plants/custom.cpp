@@ -76,14 +76,18 @@ void Custom::compile() {
   }
   compiled_ = std::make_unique<Compiled>();
   for (const auto& [name, value] : parameters_.items) compiled_->values.push_back(value);
-  const auto build = [&](const std::string& text, const std::string& what) {
+  const auto build = [&](const std::string& text, const std::string& kind) {
+    std::string what = kind + " '" + text + "'";
+    for (char& c : what) {
+      if (static_cast<unsigned char>(c) < 0x20) c = '?';
+    }
     mu::Parser parser;
     if (text.find_first_of("\n\r") != std::string::npos)
-      throw std::invalid_argument(what + ": an expression is one line");
+      throw std::invalid_argument(what + " has a line break: an expression is one line");
     for (std::size_t i = text.find('='); i != std::string::npos; i = text.find('=', i + 1)) {  // muParser would assign
       const bool compares = (i + 1 < text.size() && text[i + 1] == '=') ||
                             (i > 0 && std::string_view("=<>!").find(text[i - 1]) != std::string_view::npos);
-      if (!compares) throw std::invalid_argument(what + " '" + text + "' assigns: write the right-hand side alone");
+      if (!compares) throw std::invalid_argument(what + " assigns: write the right-hand side alone");
     }
     try {
       parser.ClearConst();
@@ -106,11 +110,11 @@ void Custom::compile() {
       parser.Eval();
       int results = 0;
       parser.Eval(results);
-      if (results != 1) throw std::invalid_argument(what + " '" + text + "' is not one expression");
+      if (results != 1) throw std::invalid_argument(what + " is not one expression");
     } catch (const mu::Parser::exception_type& error) {
       std::string allowed;
       for (const auto& [name, place] : parser.GetVar()) allowed += (allowed.empty() ? "" : ", ") + name;
-      throw std::invalid_argument(what + " '" + text + "': " + error.GetMsg() + "; names that may be used: " + allowed);
+      throw std::invalid_argument(what + ": " + error.GetMsg() + "; names that may be used: " + allowed);
     }
     return parser;
   };
