@@ -21,4 +21,12 @@ std::string format(double value, int digits) {
   return {buffer.data(), end};
 }
 
+std::string numbered(std::string_view name, std::ptrdiff_t index, std::ptrdiff_t count) {
+  return count == 1 ? std::string(name) : std::string(name) + std::to_string(index + 1);
+}
+
+std::string numbered(std::string_view name, std::ptrdiff_t row, std::ptrdiff_t column, std::ptrdiff_t count) {
+  return numbered(numbered(name, row, count), column, count);
+}
+
 }  // namespace bayesctrl

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace bayesctrl {
 
@@ -9,5 +11,11 @@ std::string format(double value);
 
 /// `digits` significant digits, for people.
 std::string format(double value, int digits);
+
+/// "q" where there is one joint, "q1", "q2", ... where there are several; `index` from 0.
+std::string numbered(std::string_view name, std::ptrdiff_t index, std::ptrdiff_t count);
+
+/// "b" or, of several joints, "b12" for an entry of a matrix.
+std::string numbered(std::string_view name, std::ptrdiff_t row, std::ptrdiff_t column, std::ptrdiff_t count);
 
 }  // namespace bayesctrl

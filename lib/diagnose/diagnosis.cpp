@@ -6,13 +6,13 @@
 
 #include "base/format.hpp"
 #include "diagnose/discrepancy.hpp"
-#include "diagnose/explain.hpp"
-#include "diagnose/free_runs.hpp"
+#include "diagnose/present.hpp"
 #include "diagnose/propose.hpp"
 #include "diagnose/read_recording.hpp"
+#include "diagnose/where.hpp"
+#include "diagnose/which.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
-#include "spec/model.hpp"
 
 namespace bayesctrl {
 
@@ -22,7 +22,6 @@ using nlohmann::ordered_json;
 
 constexpr double kSignificant = 1e-4;       // p-value of what the best explanation leaves
 constexpr double kNothing = 1e-5;           // p-value of the nominal alone, where no effect explains anything
-constexpr double kFarFromNoise = 3.0;       // noise, RMS, left by the best explanation
 constexpr double kWindow = 2.0;             // s, over which explanations are fitted
 constexpr double kFastestMode = 10.0;       // Hz, of the mechanics, at least
 constexpr double kBandwidth = 2.5;          // times the motion's mean frequency
@@ -30,93 +29,14 @@ constexpr double kSamplesPerPeriod = 20.0;  // of the fastest mode; more are thi
 constexpr double kMaterial = 0.1;           // of the refit nominal's error
 constexpr double kEarned = 0.0;             // nats by which effects beside a remainder must beat it alone
 constexpr double kConfident = 0.9;          // probability, below which the verdict is `ambiguous`
-constexpr double kInseparable = 3.0;        // nats
 constexpr double kShown = 1e-4;             // probability of an alternative that is listed
 constexpr double kLeastDuration = 1.0;      // s of recording
 constexpr double kLeastSamples = 60.0;
-constexpr double kLeastMotion = 5.0;      // of the noise, RMS: below, the machine never moved
-constexpr double kSignificantBand = 3.0;  // standard deviations of the missing torque
+constexpr double kLeastMotion = 5.0;  // of the noise, RMS: below, the machine never moved
 
 enum class Verdict { named, nothing_missing, ambiguous, unknown, too_little_data };
 constexpr std::array<std::string_view, 5> names(Verdict) {
   return {"named", "nothing_missing", "ambiguous", "unknown", "too_little_data"};
-}
-
-ordered_json shares_json(const Shares& shares) {
-  ordered_json object;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    object[std::string(names(Cause{})[i])] = std::round(shares[i] * 1e6) / 1e6;
-  }
-  return object;
-}
-
-ordered_json no_fit() { return {{"before", nullptr}, {"refit", nullptr}, {"after", nullptr}}; }
-
-/// Every key of the contract, empty.
-ordered_json skeleton() {
-  return {
-      {"name", ""},
-      {"verdict", "too_little_data"},
-      {"reason", ""},
-      {"mismatch",
-       {{"detected", false},
-        {"p_value", 1.0},
-        {"explained_by_parameters", false},
-        {"time", ordered_json::array()},
-        {"depends_on", shares_json({})},
-        {"channel", nullptr},
-        {"joint", nullptr}}},
-      {"explanation", {{"effects", ordered_json::array()}, {"equation", ""}, {"probability", 0.0}}},
-      {"remainder", nullptr},
-      {"alternatives", ordered_json::array()},
-      {"indistinguishable", ordered_json::array()},
-      {"fit", {{"unit", "rad"}, {"horizon_s", 1.0}, {"noise_floor", 0.0}, {"train", no_fit()}, {"held_out", no_fit()}}},
-      {"next_experiment", nullptr},
-      {"parameters", ordered_json::object()},
-      {"seconds", 0.0}};
-}
-
-/// "torque -= 0.31 sign(v)" from the effect's equation.
-std::string equation(const Effect& effect, int joints) {
-  std::string text = std::visit([](const auto& form) { return std::string(form.kEquation); }, effect.form);
-  for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{')) {
-    const std::size_t close = text.find('}', open);
-    const double value = parameter(effect.form, text.substr(open + 1, close - open - 1));
-    text.replace(open, close - open + 1, format(value, 4));
-  }
-  return joints == 1 ? text : "joint " + std::to_string(effect.joint + 1) + ": " + text;
-}
-
-std::string sentence(const Effect& effect) {
-  return std::visit([](const auto& form) { return std::string(form.kText); }, effect.form);
-}
-
-std::vector<std::string> labels(const std::vector<Effect>& effects, int joints) {
-  std::vector<std::string> list;
-  for (const Effect& effect : effects) list.push_back(label(effect, joints));
-  return list;
-}
-
-ordered_json effect_json(const Fit& fit, std::size_t e, const std::vector<Measured>& data) {
-  const Effect& effect = fit.effects[e];
-  ordered_json parameters = ordered_json::object();
-  std::visit(
-      [&]<class E>(const E& form) {
-        E::fields(form, [&](std::string_view name, double value, const Info& info) {
-          double sd = 0.0;
-          for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
-            if (fit.unknowns[i].effect == static_cast<int>(e) && fit.unknowns[i].name == name) {
-              sd = std::sqrt(std::max(0.0, fit.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i))));
-            }
-          }
-          parameters[std::string(name)] = {{"value", value}, {"sd", sd}, {"unit", info.unit}};
-        });
-      },
-      effect.form);
-  ordered_json object{{"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"parameters", parameters}};
-  if (effect.recording >= 0) object["recording"] = data[static_cast<std::size_t>(effect.recording)].name;
-  object["text"] = sentence(effect);
-  return object;
 }
 
 /// Which recordings say enough to be diagnosed; a reason where they do not.
@@ -136,272 +56,8 @@ std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd&
     }
   }
   if (most < kLeastMotion) return "the machine never moves beyond its sensor's noise";
-  if (windows(data, 2.0).empty() || windows(data, 2.0).size() < 1) return "no stretch of a second without a gap";
+  if (windows(data, kWindow).empty()) return "no stretch of a second without a gap";
   return "";
-}
-
-struct Interval {
-  std::size_t recording = 0;
-  double from = 0.0, to = 0.0, score = 0.0;
-};
-
-/// Where the band of the missing torque excludes zero; where none does, windows that the nominal alone does not fit.
-std::vector<Interval> significant_times(const Explanation& explanation, const std::vector<Measured>& data,
-                                        const std::vector<Trajectory>& smoothed) {
-  std::vector<Interval> list;
-  for (const Effect& effect : explanation.best().fit.effects) {
-    if (const auto* step = std::get_if<TorqueStep>(&effect.form)) {
-      const auto r = static_cast<std::size_t>(std::max(0, effect.recording));
-      const auto i = static_cast<std::size_t>(&effect - explanation.best().fit.effects.data());
-      double score = 0.0;
-      for (std::size_t u = 0; u < explanation.best().fit.unknowns.size(); ++u) {
-        const Unknown& unknown = explanation.best().fit.unknowns[u];
-        if (unknown.effect == static_cast<int>(i) && unknown.name == "torque") {
-          const auto at = static_cast<Eigen::Index>(u);
-          score = std::abs(unknown.value) / std::sqrt(explanation.best().fit.covariance(at, at));
-        }
-      }
-      list.push_back({r, step->time, data[r].time.back(), score});
-    }
-  }
-  if (!list.empty() && explanation.best().fit.effects.size() == 1) return list;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    const std::vector<double>& t = data[r].time;
-    const double merge = 0.3;
-    Interval open{r, -1.0, -1.0, 0.0};
-    double squares = 0.0, count = 0.0;
-    const auto close = [&] {
-      if (open.from >= 0.0 && open.to - open.from > 0.05) {
-        open.score = std::sqrt(squares / std::max(1.0, count));
-        list.push_back(open);
-      }
-      open.from = -1.0;
-      squares = count = 0.0;
-    };
-    for (std::size_t k = 0; k < t.size(); ++k) {
-      double z = 0.0;
-      for (Eigen::Index j = 0; j < smoothed[r].missing_torque.cols(); ++j) {
-        const auto row = static_cast<Eigen::Index>(k);
-        z = std::max(z, std::abs(smoothed[r].missing_torque(row, j)) / std::max(smoothed[r].torque_sd(row, j), 1e-300));
-      }
-      if (z > kSignificantBand) {
-        if (open.from < 0.0) open.from = t[k];
-        open.to = t[k];
-        squares += z * z;
-        count += 1.0;
-      } else if (open.from >= 0.0 && t[k] - open.to > merge) {
-        close();
-      }
-    }
-    close();
-  }
-  if (!list.empty()) return list;
-  const Fit& fit = explanation.without_effects().fit;
-  const LinearResponse& response = *explanation.linearisation->response;
-  for (std::size_t w = 0; w < response.windows().size(); ++w) {
-    const Eigen::Index first = response.first_row(w);
-    const Eigen::Index last = w + 1 < response.windows().size() ? response.first_row(w + 1) : response.rows();
-    const double rows = static_cast<double>(last - first);
-    const double z = (fit.residual.segment(first, last - first).squaredNorm() - rows) / std::sqrt(2.0 * rows);
-    if (z < kSignificantBand) continue;
-    const Segment& window = response.windows()[w];
-    const std::vector<double>& t = data[window.recording].time;
-    if (!list.empty() && list.back().recording == window.recording && t[window.first] - list.back().to < 0.1) {
-      list.back().to = t[window.last];
-      list.back().score = std::max(list.back().score, z);
-    } else {
-      list.push_back({window.recording, t[window.first], t[window.last], z});
-    }
-  }
-  return list;
-}
-
-/// Classes of effects that replace each other in the best explanation with hardly any loss.
-struct Alike {
-  std::vector<std::vector<std::string>> classes;  // one per effect of the best set, the effect itself first
-  double probability = 0.0;                       // of all sets made of them
-};
-
-Alike find_alike(const Explanation& explanation, int joints) {
-  Alike result;
-  const Fit& best = explanation.best().fit;
-  for (const Effect& effect : best.effects) result.classes.push_back({label(effect, joints)});
-  std::vector<std::string> own = labels(best.effects, joints);
-  for (const Candidate& candidate : explanation.candidates) {
-    const Fit& fit = candidate.fit;
-    if (fit.effects.size() != best.effects.size() || best.log_evidence - fit.log_evidence > kInseparable) continue;
-    std::vector<std::string> other = labels(fit.effects, joints), lost, won;
-    for (const std::string& name : own) {
-      const auto at = std::find(other.begin(), other.end(), name);
-      if (at == other.end()) {
-        lost.push_back(name);
-      } else {
-        other.erase(at);
-      }
-    }
-    if (lost.size() != 1 || other.size() != 1) continue;
-    for (std::vector<std::string>& names : result.classes) {
-      if (names.front() == lost.front() && std::find(names.begin(), names.end(), other.front()) == names.end()) {
-        names.push_back(other.front());
-      }
-    }
-  }
-  for (const Candidate& candidate : explanation.candidates) {
-    if (candidate.fit.effects.size() != best.effects.size()) continue;
-    std::vector<std::string> left = labels(candidate.fit.effects, joints);
-    bool inside = true;
-    for (const std::vector<std::string>& names : result.classes) {
-      const auto at = std::find_if(left.begin(), left.end(), [&](const std::string& name) {
-        return std::find(names.begin(), names.end(), name) != names.end();
-      });
-      if (at == left.end()) {
-        inside = false;
-        break;
-      }
-      left.erase(at);
-    }
-    if (inside) result.probability += candidate.probability;
-  }
-  return result;
-}
-
-/// The effect without which the explanation loses most.
-std::size_t strongest(const Explanation& explanation) {
-  const Fit& best = explanation.best().fit;
-  std::size_t strongest = 0;
-  double most = -kInfinity;
-  for (std::size_t e = 0; e < best.effects.size(); ++e) {
-    std::vector<Effect> fewer = best.effects;
-    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(e));
-    const std::string name = key(fewer);
-    for (const Candidate& candidate : explanation.candidates) {
-      if (key(candidate.fit.effects) != name) continue;
-      if (const double loss = best.log_evidence - candidate.fit.log_evidence; loss > most) {
-        most = loss;
-        strongest = e;
-      }
-    }
-  }
-  return strongest;
-}
-
-ordered_json signal_json(const Signal& signal) {
-  ordered_json object{{"column", signal.column}, {"scale", signal.scale}, {"offset", signal.offset}};
-  if (!signal.unit.empty()) object["unit"] = signal.unit;
-  if (signal.linear_hold) object["hold"] = "linear";
-  return object;
-}
-
-ordered_json signals_json(const Signals& signals) {
-  ordered_json object;
-  object["time"] = signals.time ? signal_json(*signals.time) : ordered_json{{"rate", signals.rate}};
-  const auto list = [](const std::vector<Signal>& all) {
-    ordered_json array = ordered_json::array();
-    for (const Signal& signal : all) array.push_back(signal_json(signal));
-    return array;
-  };
-  object["position"] = list(signals.position);
-  object["input"] = list(signals.input);
-  return object;
-}
-
-ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit) {
-  ordered_json object{{"name", spec.name}};
-  ordered_json plant = json_value(Model{model.plant});
-  ordered_json effects = ordered_json::array();
-  for (std::size_t e = 0; e < model.effects.size(); ++e) {
-    ordered_json effect{{"type", name_of(model.effects[e].form)}, {"joint", model.effects[e].joint + 1}};
-    ordered_json deviations = ordered_json::object();
-    std::visit(
-        [&]<class E>(const E& form) {
-          E::fields(form, [&](std::string_view name, double value, const Info&) {
-            effect[std::string(name)] = value;
-            for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
-              const auto at = static_cast<Eigen::Index>(i);
-              if (fit.unknowns[i].effect == static_cast<int>(e) && fit.unknowns[i].name == name) {
-                deviations[std::string(name)] = std::sqrt(std::max(0.0, fit.covariance(at, at)));
-              }
-            }
-          });
-        },
-        model.effects[e].form);
-    effect["sd"] = deviations;
-    effects.push_back(std::move(effect));
-  }
-  plant["effects"] = effects;
-  if (!model.remainder.empty()) plant["remainder"] = json_value(Model{model.plant, {}, model.remainder})["remainder"];
-  object["model"] = plant;
-  object["signals"] = signals_json(spec.signals);
-  object["horizon_s"] = spec.horizon;
-  return object;
-}
-
-std::string numbered(const std::string& name, Eigen::Index joint, Eigen::Index joints) {
-  return joints == 1 ? name : name + std::to_string(joint + 1);
-}
-
-Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed) {
-  const Eigen::Index joints = data.front().position.cols();
-  std::vector<Cell> recording;
-  std::vector<double> time;
-  std::vector<std::vector<double>> mean(static_cast<std::size_t>(joints)), sd(mean.size());
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    for (std::size_t k = 0; k < data[r].samples(); ++k) {
-      recording.emplace_back(data[r].name);
-      time.push_back(data[r].start + data[r].time[k]);
-      for (Eigen::Index j = 0; j < joints; ++j) {
-        mean[static_cast<std::size_t>(j)].push_back(smoothed[r].missing_torque(static_cast<Eigen::Index>(k), j));
-        sd[static_cast<std::size_t>(j)].push_back(smoothed[r].torque_sd(static_cast<Eigen::Index>(k), j));
-      }
-    }
-  }
-  Table table;
-  table.columns.push_back({"recording", "", std::move(recording)});
-  table.columns.push_back({"t", "s", std::move(time)});
-  for (Eigen::Index j = 0; j < joints; ++j) {
-    table.columns.push_back({numbered("torque", j, joints), "N m", std::move(mean[static_cast<std::size_t>(j)])});
-    table.columns.push_back({numbered("sd", j, joints), "N m", std::move(sd[static_cast<std::size_t>(j)])});
-  }
-  return table;
-}
-
-/// Adds recordings to fit.csv.
-void add_runs(Table& table, std::string_view set, const std::vector<Measured>& data, const FreeRuns& before,
-              const FreeRuns& after) {
-  const Eigen::Index joints = data.front().position.cols();
-  std::vector<Cell> recording, part;
-  std::vector<double> time;
-  std::vector<std::vector<double>> measured(static_cast<std::size_t>(joints)), nominal(measured.size()),
-      corrected(measured.size());
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    for (std::size_t k = 0; k < data[r].samples(); ++k) {
-      const auto row = static_cast<Eigen::Index>(k);
-      recording.emplace_back(data[r].name);
-      part.emplace_back(std::string(set));
-      time.push_back(data[r].start + data[r].time[k]);
-      for (Eigen::Index j = 0; j < joints; ++j) {
-        const auto slot = static_cast<std::size_t>(j);
-        measured[slot].push_back(data[r].position(row, j));
-        nominal[slot].push_back(before.simulated[r](row, j));
-        corrected[slot].push_back(after.simulated[r](row, j));
-      }
-    }
-  }
-  Table more;
-  more.columns.push_back({"set", "", std::move(part)});
-  more.columns.push_back({"recording", "", std::move(recording)});
-  more.columns.push_back({"t", "s", std::move(time)});
-  for (Eigen::Index j = 0; j < joints; ++j) {
-    const auto slot = static_cast<std::size_t>(j);
-    more.columns.push_back({numbered("measured", j, joints), "", std::move(measured[slot])});
-    more.columns.push_back({numbered("before", j, joints), "", std::move(nominal[slot])});
-    more.columns.push_back({numbered("after", j, joints), "", std::move(corrected[slot])});
-  }
-  if (table.columns.empty()) {
-    table = std::move(more);
-  } else {
-    append(table, more);
-  }
 }
 
 std::vector<Measured> read_all(const std::vector<RecordingFile>& files, const Signals& signals) {
@@ -418,82 +74,38 @@ std::vector<Trajectory> smooth_all(const Plant& plant, const std::vector<Measure
   return paths;
 }
 
-/// Without a model: measured against the user's own simulation.
-ordered_json compare_simulations(const DiagnosisSpec& spec, const std::vector<Measured>& data,
-                                 const Eigen::VectorXd& noise) {
-  ordered_json mismatch = skeleton()["mismatch"];
-  double worst = 0.0;
-  std::size_t worst_joint = 0;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (spec.recordings[r].simulation.empty()) continue;
-    const Eigen::MatrixXd simulated = read_simulation(spec.recordings[r], spec.signals, data[r]);
-    const Eigen::MatrixXd z = (data[r].position - simulated) * noise.cwiseInverse().asDiagonal();
-    const std::vector<double>& t = data[r].time;
-    double from = -1.0, to = 0.0, squares = 0.0, count = 0.0;
-    for (std::size_t k = 0; k <= t.size(); ++k) {
-      const double largest = k < t.size() ? z.row(static_cast<Eigen::Index>(k)).cwiseAbs().maxCoeff() : 0.0;
-      if (k < t.size() && largest > 5.0) {
-        if (from < 0.0) from = t[k];
-        to = t[k];
-        squares += largest * largest;
-        count += 1.0;
-      } else if (from >= 0.0 && (k == t.size() || t[k] - to > 0.1)) {
-        mismatch["time"].push_back({{"recording", data[r].name},
-                                    {"from", data[r].start + from},
-                                    {"to", data[r].start + to},
-                                    {"score", std::sqrt(squares / count)}});
-        from = -1.0;
-        squares = count = 0.0;
-      }
-    }
-    for (Eigen::Index j = 0; j < z.cols(); ++j) {
-      if (const double rms = z.col(j).norm(); rms > worst) {
-        worst = rms;
-        worst_joint = static_cast<std::size_t>(j);
-      }
-    }
+ordered_json times_json(const std::vector<Interval>& times, const std::vector<Measured>& data) {
+  ordered_json list = ordered_json::array();
+  for (const Interval& interval : times) {
+    const Measured& m = data[interval.recording];
+    list.push_back({{"recording", m.name},
+                    {"from", m.start + interval.from},
+                    {"to", m.start + interval.to},
+                    {"score", interval.score}});
   }
-  mismatch["detected"] = !mismatch["time"].empty();
-  mismatch["p_value"] = mismatch["time"].empty() ? 1.0 : 0.0;
-  if (!mismatch["time"].empty()) mismatch["joint"] = worst_joint + 1;
-  return mismatch;
+  return list;
 }
 
-/// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Of those that
-/// leave an immaterial part of the nominal's error, the one with the fewest effects and numbers then comes first.
-void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon) {
-  if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
-  const std::vector<Trajectory>& paths = explanation.measured->paths;
-  const double noise = explanation.noise.norm() / std::sqrt(static_cast<double>(explanation.noise.size()));
-  const auto beyond_noise = [&](const Fit& f) {
-    const double rms = free_runs({f.plant, f.effects, {}}, data, paths, horizon, false, explanation.max_step).rms;
-    return std::sqrt(std::max(0.0, rms * rms - noise * noise));
-  };
-  const double whole = beyond_noise(explanation.without_effects().fit);
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) order.push_back(i);
-  const auto size = [&](std::size_t i) {
-    const Fit& f = explanation.candidates[i].fit;
-    return std::pair(f.effects.size(), f.unknowns.size());
-  };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) < size(b); });
-  for (const std::size_t i : order) {
-    if (explanation.candidates[i].fit.effects.empty()) continue;
-    if (beyond_noise(explanation.candidates[i].fit) > kMaterial * whole) continue;
-    // Of sets of the same size the better one.
-    std::size_t chosen = i;
-    for (const std::size_t k : order) {
-      if (size(k) == size(i) &&
-          explanation.candidates[k].fit.log_evidence > explanation.candidates[chosen].fit.log_evidence)
-        chosen = k;
-    }
-    Candidate simple = explanation.candidates[chosen];
-    explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
-    for (Candidate& other : explanation.candidates) other.probability = 0.0;
-    simple.probability = 1.0;
-    explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
-    return;
+/// Measured against the user's own simulations.
+ordered_json compare_simulations(const DiagnosisSpec& spec, const std::vector<Measured>& data,
+                                 const Eigen::VectorXd& noise) {
+  std::vector<Interval> times;
+  Eigen::VectorXd worst = Eigen::VectorXd::Zero(noise.size());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (spec.recordings[r].simulation.empty()) continue;
+    const Departure found = departure(data[r], read_simulation(spec.recordings[r], spec.signals, data[r]), noise, r);
+    times.insert(times.end(), found.times.begin(), found.times.end());
+    worst = worst.cwiseMax(found.distance);
   }
+  ordered_json mismatch = empty_diagnosis()["mismatch"];
+  mismatch["detected"] = !times.empty();
+  mismatch["p_value"] = times.empty() ? 1.0 : 0.0;
+  mismatch["time"] = times_json(times, data);
+  if (Eigen::Index joint = 0; !times.empty()) {
+    worst.maxCoeff(&joint);
+    mismatch["joint"] = joint + 1;
+  }
+  return mismatch;
 }
 
 }  // namespace
@@ -501,7 +113,7 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
 Diagnosis diagnose(const DiagnosisSpec& spec) {
   const auto begun = std::chrono::steady_clock::now();
   Diagnosis result;
-  ordered_json& json = result.json = skeleton();
+  ordered_json& json = result.json = empty_diagnosis();
   json["name"] = spec.name;
   json["fit"]["horizon_s"] = spec.horizon;
   const std::string unit = spec.signals.position.front().unit;
@@ -539,7 +151,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const ExplainOptions options{spec.effects, spec.free, kWindow * kFastestMode / fastest, fastest};
   const std::vector<Measured> data = decimated(all_data, kSamplesPerPeriod * fastest);
   Explanation explanation = explain(nominal, data, options);
-  prefer_simple(explanation, data, spec.horizon);
+  prefer_simple(explanation, data, spec.horizon, kMaterial);
   const Fit& best = explanation.best().fit;
   const Fit& empty = explanation.without_effects().fit;
   const Linearisation& about = *explanation.linearisation;
@@ -567,12 +179,8 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   Discrepancy::Dependence left;
   double share = 0.0;
   if (significant) {
-    const auto beyond_noise = [&](const Fit& f) {
-      const double rms =
-          free_runs({f.plant, f.effects, {}}, data, smoothed, spec.horizon, false, explanation.max_step).rms;
-      return std::sqrt(std::max(0.0, rms * rms - explanation.noise.squaredNorm() / joints));
-    };
-    share = beyond_noise(best) / std::max(beyond_noise(empty), 1e-300);
+    share = error_beyond_noise(best, explanation, data, smoothed, spec.horizon) /
+            std::max(error_beyond_noise(empty, explanation, data, smoothed, spec.horizon), 1e-300);
     Discrepancy::Beside odds;
     if (named_something) odds = discrepancy.beside(missing.columns, missing.target, options.penalty);
     const bool earned = named_something && odds.log_odds > kEarned;
@@ -626,12 +234,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   mismatch["p_value"] = p_given;
   mismatch["explained_by_parameters"] = parameters_explain;
   if (detected) {
-    for (const Interval& interval : significant_times(explanation, data, smoothed)) {
-      mismatch["time"].push_back({{"recording", data[interval.recording].name},
-                                  {"from", data[interval.recording].start + interval.from},
-                                  {"to", data[interval.recording].start + interval.to},
-                                  {"score", interval.score}});
-    }
+    mismatch["time"] = times_json(significant_times(explanation, data, smoothed), data);
     const Discrepancy::Dependence whole = discrepancy.dependence(missing.target);
     mismatch["depends_on"] = shares_json(whole.shares);
     mismatch["joint"] = whole.joint + 1;
@@ -670,13 +273,9 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     json["remainder"] = {{"share", std::min(1.0, share * share)}, {"depends_on", shares_json(left.shares)}};
   }
   for (const std::string& name : parameter_names(nominal)) {
-    double value = parameter(corrected.plant, name), sd = 0.0;
-    for (std::size_t i = 0; i < best.unknowns.size(); ++i) {
-      if (best.unknowns[i].effect < 0 && best.unknowns[i].name == name) {
-        sd = std::sqrt(std::max(0.0, best.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i))));
-      }
-    }
-    json["parameters"][name] = {{"nominal", parameter(nominal, name)}, {"value", value}, {"sd", sd}};
+    json["parameters"][name] = {{"nominal", parameter(nominal, name)},
+                                {"value", parameter(said_fit.plant, name)},
+                                {"sd", said_fit.deviation(-1, name)}};
   }
 
   // Fit on the training recordings.

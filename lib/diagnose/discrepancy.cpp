@@ -15,7 +15,6 @@ constexpr double kSlowStep = 3.0;      // s between bumps in the time of one rec
 constexpr std::size_t kShapes = 8;     // of each effect that is weighed against a discrepancy
 constexpr std::size_t kKinds = 3;      // of discrepancy that effects are weighed against
 constexpr double kHistoryGain = 0.03;  // of the squares, that the past must explain beyond the present
-constexpr double kPriorShare = 0.2;
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 
 void add_bumps(std::vector<Term>& list, TermKind kind, int joint, double low, double high, int count,
@@ -160,7 +159,6 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
     if (whole <= most) continue;
     most = whole;
     best.joint = j;
-    best.explained = whole;
     // The past can imitate the present: unless it leaves less than half, it counts for what it explains beyond.
     double present = 0.0;
     for (std::size_t i = 0; i < 4; ++i) present = std::max(present, alone[i]);
@@ -184,8 +182,7 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
   const LinearResponse& response = *about_.response;
   for (std::size_t w = 0; w < response.windows().size(); ++w) {
     if (static_cast<int>(response.windows()[w].recording) != left_out) continue;
-    const Eigen::Index last = w + 1 < response.windows().size() ? response.first_row(w + 1) : response.rows();
-    weight.segment(response.first_row(w), last - response.first_row(w)).setZero();
+    weight.segment(response.first_row(w), response.row_count(w)).setZero();
   }
   const Eigen::VectorXd y = target.cwiseProduct(weight);
   std::vector<const Group*> used;

@@ -21,7 +21,6 @@ class Discrepancy {
   struct Dependence {
     Shares shares{};
     int joint = 0;
-    double explained = 0.0;  // part of the squares beyond the noise, by all causes together
   };
   Dependence dependence(const Eigen::VectorXd& target) const;
 

@@ -53,6 +53,15 @@ Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, co
       }
     }
   }
+  const Eigen::VectorXd torque = torque_scale(plant_, data_);
+  double squares = 0.0, samples = 0.0;
+  for (std::size_t r = 0; r < data_.size(); ++r) {
+    for (int j = 0; j < joints_; ++j) {
+      squares += acceleration(Eigen::VectorXd::Constant(data_[r].position.rows(), torque[j]), j, r).squaredNorm();
+    }
+    samples += static_cast<double>(data_[r].samples());
+  }
+  nominal_acceleration_ = std::sqrt(squares / samples);
 }
 
 Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recording) const {
@@ -71,7 +80,9 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
                 (torque_at(points[i]) / kPoints) * points[i].mobility.col(j).transpose();
           }
         };
-        const auto seen = [&](const Point& p) { return JointState{p.q[j], p.v[j], p.time, p.motor[j], p.external[j]}; };
+        const auto seen = [&](const Point& p) {
+          return JointState{p.q[j], p.v[j], p.time, p.motor[j], p.external[j], p.q[neighbour_of(j, joints_)]};
+        };
         if constexpr (TorqueEffect<E>) {
           add([&](const Point& p) { return form.torque_at(seen(p)); });
         } else if constexpr (DryFriction<E>) {
@@ -170,6 +181,7 @@ Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& 
   result.lowest = kInfinity;
   result.highest = -kInfinity;
   result.period = kInfinity;
+  result.joints = static_cast<int>(data.front().position.cols());
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto q = paths[r].position.col(joint);
     result.lowest = std::min(result.lowest, q.minCoeff());

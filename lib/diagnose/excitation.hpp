@@ -5,6 +5,9 @@
 
 namespace bayesctrl {
 
+/// Standard deviation of what an effect may do, as part of the nominal's torque.
+inline constexpr double kPriorShare = 0.2;
+
 /// What effects do along a known motion: the acceleration that each adds between neighbouring samples. Everything that
 /// does not depend on the effect is computed once.
 class Excitation {
@@ -24,6 +27,9 @@ class Excitation {
   /// Any torque in one joint as a function of its state, in the midst of each step.
   Eigen::MatrixXd acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const;
 
+  /// RMS acceleration that the nominal's torques stand for: the measure of priors.
+  double nominal_acceleration() const { return nominal_acceleration_; }
+
   const std::vector<Measured>& data() const { return data_; }
   const std::vector<Trajectory>& paths() const { return paths_; }
   const Plant& plant() const { return plant_; }
@@ -39,6 +45,7 @@ class Excitation {
   const std::vector<Trajectory>& paths_;
   int joints_;
   std::vector<std::vector<Point>> points_;  // per recording, kPoints per step
+  double nominal_acceleration_ = 0.0;
 };
 
 /// The region that the motion visits in one joint.

@@ -5,6 +5,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/error.hpp"
 
@@ -85,7 +86,7 @@ bool simplify(EffectForm& form) {
   return simpler.has_value();
 }
 
-/// Fits by the set that they are of; the best of several attempts is kept.
+/// Fits by the set that they are of, about the present motion.
 class Fits {
  public:
   Fits(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options)
@@ -104,8 +105,7 @@ class Fits {
 
   const Fit* add(std::vector<Effect> effects) {
     const std::string name = key(effects);
-    if (tried_.contains(name)) return find(name);
-    tried_[name] = true;
+    if (!tried_.insert(name).second) return find(name);
     // What was found about another motion is the better start.
     if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
     try {
@@ -118,11 +118,7 @@ class Fits {
     return find(name);
   }
 
-  /// Every set gets two starts: one from the screen, one from a larger set or another motion.
-  bool tried(const std::string& name) const {
-    const auto at = tried_.find(name);
-    return at != tried_.end() && at->second >= 2;
-  }
+  bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
 
   /// All subsets of the best candidates, and those in which a law gives way to a simpler one.
   void add_subsets() {
@@ -136,7 +132,7 @@ class Fits {
           fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
           const bool has_simpler = simplify(simpler[drop].form);
           for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
-            if (!exists || tried_.contains(key(set))) continue;
+            if (!exists || tried(set)) continue;
             add(set);
             grew = true;
           }
@@ -164,7 +160,7 @@ class Fits {
   std::shared_ptr<Linearisation> about_;
   double max_step_ = 0.0;  // of the integration, once it is known
   std::map<std::string, Fit> fits_, stale_;
-  std::map<std::string, int> tried_;
+  std::set<std::string> tried_;
 };
 
 double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {
@@ -285,7 +281,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
         first = std::max(first, finding.log_evidence);
         if (tried >= options.neighbours || finding.log_evidence < first - kHopeless) break;
         std::vector<Effect> effects = finding.effects(about->dictionary);
-        if (fits.tried(key(effects))) continue;
+        if (fits.tried(effects)) continue;
         ++tried;
         fits.add(std::move(effects));
       }
@@ -308,7 +304,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
             continue;
           }
           std::vector<Effect> larger = finding.effects(about->dictionary);
-          if (fits.tried(key(larger))) continue;
+          if (fits.tried(larger)) continue;
           fits.add(std::move(larger));
           ++more;
         }

@@ -12,7 +12,6 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kPriorShare = 0.2;       // of the nominal torque, as in the screen
 constexpr double kConverged = 1e-4;       // of half the squares
 constexpr double kShortestStep = 6e-4;    // s, of the integration
 constexpr double kNumericalShare = 0.05;  // of the noise
@@ -95,10 +94,7 @@ void simulate(const FitProblem& problem, Fit& fit, int rounds) {
 void polish(const FitProblem& problem, Fit& fit) {
   const Runs runs(problem, fit);
   for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
-    const Eigen::Index first = problem.response.first_row(w);
-    const Eigen::Index size =
-        (w + 1 < problem.response.windows().size() ? problem.response.first_row(w + 1) : problem.response.rows()) -
-        first;
+    const Eigen::Index first = problem.response.first_row(w), size = problem.response.row_count(w);
     const double usual = static_cast<double>(size) + kUnusual * std::sqrt(2.0 * static_cast<double>(size));
     if (fit.residual.segment(first, size).squaredNorm() <= usual) continue;
     const StateVector x =
@@ -168,22 +164,6 @@ Influence influence(const FitProblem& problem, const Fit& fit, const Unknown& un
   }
   result.rms = std::sqrt(squares / count);
   return result;
-}
-
-/// RMS acceleration that the nominal's torques stand for.
-double nominal_acceleration(const FitProblem& problem) {
-  const Eigen::VectorXd torque = torque_scale(problem.nominal, problem.data);
-  double squares = 0.0, count = 0.0;
-  for (std::size_t r = 0; r < problem.data.size(); ++r) {
-    for (Eigen::Index j = 0; j < torque.size(); ++j) {
-      squares += problem.excitation
-                     .acceleration(Eigen::VectorXd::Constant(problem.data[r].position.rows(), torque[j]),
-                                   static_cast<int>(j), r)
-                     .squaredNorm();
-    }
-    count += static_cast<double>(problem.data[r].samples());
-  }
-  return std::sqrt(squares / count);
 }
 
 void list_unknowns(const FitProblem& problem, Fit& fit) {
@@ -322,6 +302,14 @@ StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& 
   return x;
 }
 
+double Fit::deviation(int effect, std::string_view name) const {
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    if (unknowns[i].effect != effect || unknowns[i].name != name) continue;
+    return std::sqrt(std::max(0.0, covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i))));
+  }
+  return 0.0;
+}
+
 double adequate_step(const FitProblem& problem) {
   Fit start;
   start.plant = problem.nominal;
@@ -402,7 +390,7 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, int iterations) 
   assign(current, values);
   simulate(problem, current, 2);
 
-  const double nominal = count > 0 ? nominal_acceleration(problem) : 0.0;
+  const double nominal = problem.excitation.nominal_acceleration();
   Eigen::MatrixXd jacobian(problem.response.rows(), count);
   const auto differentiate = [&] {
     for (Eigen::Index i = 0; i < count; ++i) {

@@ -38,6 +38,9 @@ struct Fit {
   Eigen::VectorXd residual;                 // rows of the response: measured less simulated, in units of the noise
   double squares = kInfinity;               // of the residual
   double log_evidence = -kInfinity;         // Laplace, up to a constant of the recordings; penalty per effect included
+
+  /// Posterior standard deviation of a parameter of an effect (-1: of the plant); 0 for what is not adjusted.
+  double deviation(int effect, std::string_view name) const;
 };
 
 /// What all fits of a diagnosis share.

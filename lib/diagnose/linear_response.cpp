@@ -38,7 +38,6 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
     : joints_(joints(plant)), windows_(windows) {
   const Eigen::Index n = joints_, states = 2 * n;
   constexpr double kStep = 1e-5;
-  for (const Measured& m : data) residual_.push_back(Eigen::MatrixXd::Zero(m.position.rows(), n));
   std::vector<Eigen::VectorXd> targets;
   Eigen::VectorXd fast = Eigen::VectorXd::Zero(n), fast_count = Eigen::VectorXd::Zero(n);
   for (const Segment& window : windows_) {
@@ -83,7 +82,6 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
       state = (phi[slot] * state - defect).eval();
       initial = (phi[slot] * initial).eval();
     }
-    residual_[window.recording].middleRows(static_cast<Eigen::Index>(window.first), samples) = rest;
 
     // Slow modes of every joint, then what the initial state cannot do.
     Eigen::MatrixXd slow = Eigen::MatrixXd::Zero(count * n, samples * n);

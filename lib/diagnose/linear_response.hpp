@@ -29,11 +29,9 @@ class LinearResponse {
   /// Noise per joint over the noise given, from the modes that are too fast for mechanics.
   const Eigen::VectorXd& noise_ratio() const { return noise_ratio_; }
 
-  /// Measured less nominal position in the time domain (initial states as in the motion), recording by recording.
-  const std::vector<Eigen::MatrixXd>& residual() const { return residual_; }
-
   const std::vector<Segment>& windows() const { return windows_; }
   Eigen::Index first_row(std::size_t window) const { return offset_[window]; }
+  Eigen::Index row_count(std::size_t window) const { return map_[window].rows(); }
 
   /// Positions of one window (samples x joints) on the response's rows of that window.
   Eigen::VectorXd project(std::size_t window, const Eigen::MatrixXd& positions) const;
@@ -48,7 +46,6 @@ class LinearResponse {
   std::vector<Eigen::MatrixXd> map_;         // per window: rows x (steps * joints)
   std::vector<Eigen::MatrixXd> projection_;  // per window: rows x (samples * joints), the same order
   std::vector<Eigen::MatrixXd> start_;       // per window: states x (samples * joints), least squares
-  std::vector<Eigen::MatrixXd> residual_;
   Eigen::VectorXd target_;
   Eigen::VectorXd noise_ratio_;
   Eigen::Index rows_ = 0;

@@ -9,7 +9,6 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kPriorShare = 0.2;   // of the nominal torque
 constexpr int kMostColumns = 9;       // of one set
 constexpr double kSensorPrior = 0.2;  // rad of an offset, and part of a scale
 constexpr Eigen::Index kBatch = 64;
@@ -149,15 +148,6 @@ Finding Screen::climb(std::vector<int> suspects, std::vector<int> atoms) const {
   return {std::move(suspects), std::move(atoms), best.log_evidence, best.coefficients, best.explained};
 }
 
-std::string_view Suspect::name() const {
-  std::string_view found;
-  std::size_t index = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E) {
-    if (index++ == kind) found = E::kName;
-  });
-  return found;
-}
-
 std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
   std::vector<Effect> list;
   Eigen::Index at = 0;
@@ -205,17 +195,9 @@ Dictionary make_dictionary(const LinearResponse& response, const Excitation& exc
   const auto count = static_cast<Eigen::Index>(members.size());
   dictionary.columns.resize(response.rows(), count);
   dictionary.scale.resize(count);
-  // RMS of the nominal's torques as accelerations, the measure of all priors.
-  const Eigen::VectorXd torque = torque_scale(excitation.plant(), data);
-  double nominal = 0.0, total = 0.0;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    for (int j = 0; j < n; ++j) {
-      nominal +=
-          excitation.acceleration(Eigen::VectorXd::Constant(data[r].position.rows(), torque[j]), j, r).squaredNorm();
-    }
-    total += static_cast<double>(data[r].samples());
-  }
-  nominal = std::sqrt(nominal / total);
+  const double nominal = excitation.nominal_acceleration();
+  double total = 0.0;
+  for (const Measured& m : data) total += static_cast<double>(m.samples());
   for (Eigen::Index from = 0; from < count; from += kBatch) {
     const Eigen::Index size = std::min(kBatch, count - from);
     std::vector<Eigen::MatrixXd> accelerations, positions;

@@ -21,8 +21,6 @@ struct Suspect {
   std::size_t kind = 0;  // index in EffectForm
   int joint = 0;
   std::vector<Atom> atoms;
-
-  std::string_view name() const;
 };
 
 /// All that the catalogue can do along a motion. Columns are scaled by the standard deviation of their coefficient's

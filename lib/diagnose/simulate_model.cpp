@@ -1,5 +1,6 @@
 #include "diagnose/simulate_model.hpp"
 
+#include "base/format.hpp"
 #include "diagnose/free_runs.hpp"
 #include "diagnose/read_recording.hpp"
 #include "io/read.hpp"
@@ -50,20 +51,17 @@ SimulatedModel simulate_model(const ModelFile& file, const std::filesystem::path
       free_runs({file.model.plant, file.model.effects, file.model.remainder}, data, paths, horizon, true, kLongestStep);
   SimulatedModel result;
   result.rms = runs.rms;
-  const Eigen::Index n = data[0].position.cols();
-  const auto name = [&](const std::string& text, Eigen::Index j) {
-    return n == 1 ? text : text + std::to_string(j + 1);
-  };
+  const int n = joints(file.model.plant);
   std::vector<double> time;
   for (const double t : data[0].time) time.push_back(data[0].start + t);
   result.table.columns.push_back({"t", "s", time});
-  for (Eigen::Index j = 0; j < n; ++j)
-    result.table.columns.push_back({name("q", j), "rad or m", column(runs.simulated[0], j)});
-  for (Eigen::Index j = 0; j < n; ++j)
-    result.table.columns.push_back({name("v", j), "rad/s or m/s", column(runs.velocity[0], j)});
-  for (Eigen::Index j = 0; j < n; ++j) result.table.columns.push_back({name("u", j), "", column(data[0].input, j)});
-  for (Eigen::Index j = 0; j < n; ++j)
-    result.table.columns.push_back({name("measured", j), "rad or m", column(data[0].position, j)});
+  for (int j = 0; j < n; ++j)
+    result.table.columns.push_back({numbered("q", j, n), "rad or m", column(runs.simulated[0], j)});
+  for (int j = 0; j < n; ++j)
+    result.table.columns.push_back({numbered("v", j, n), "rad/s or m/s", column(runs.velocity[0], j)});
+  for (int j = 0; j < n; ++j) result.table.columns.push_back({numbered("u", j, n), "", column(data[0].input, j)});
+  for (int j = 0; j < n; ++j)
+    result.table.columns.push_back({numbered("measured", j, n), "rad or m", column(data[0].position, j)});
   return result;
 }
 

@@ -2,16 +2,13 @@
 
 #include <cmath>
 
+#include "base/format.hpp"
 #include "physics/free_run.hpp"
 #include "sim/loop.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-std::string numbered(const std::string& name, int i, int count) {
-  return count == 1 ? name : name + std::to_string(i + 1);
-}
 
 struct Drive {
   std::vector<double> time;

@@ -2,20 +2,12 @@
 
 #include <cmath>
 
+#include "base/format.hpp"
 #include "experiment/metrics.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-/// "q" for one joint, "q2" for the second of several.
-std::string numbered(const std::string& name, Eigen::Index i, Eigen::Index count) {
-  return count == 1 ? name : name + std::to_string(i + 1);
-}
-
-std::string numbered(const std::string& name, Eigen::Index i, Eigen::Index j, Eigen::Index count) {
-  return count == 1 ? name : name + std::to_string(i + 1) + std::to_string(j + 1);
-}
 
 /// Appends a column of numbers, one per step.
 void add(Table& table, const std::string& name, const std::string& unit, const std::vector<LoopStep>& steps,

@@ -12,6 +12,7 @@
 #include "physics/effects/cogging_torque.hpp"
 #include "physics/effects/constant_bias.hpp"
 #include "physics/effects/coulomb_friction.hpp"
+#include "physics/effects/coupling_torque.hpp"
 #include "physics/effects/cubic_spring.hpp"
 #include "physics/effects/gravity_tilt.hpp"
 #include "physics/effects/hard_stop.hpp"
@@ -37,9 +38,9 @@ namespace bayesctrl {
 /// this order; the kinds below tell how an effect acts.
 using EffectForm = std::variant<ViscousFriction, CoulombFriction, StribeckFriction, QuadraticDrag, AsymmetricFriction,
                                 PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring,
-                                ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance, TorqueStep,
-                                AddedInertia, InputDelay, InputGain, InputDeadZone, Backlash, InputSaturation,
-                                ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale>;
+                                CouplingTorque, ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance,
+                                TorqueStep, AddedInertia, InputDelay, InputGain, InputDeadZone, Backlash,
+                                InputSaturation, ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale>;
 
 /// One effect in one joint (counted from 0; files and reports count from 1).
 struct Effect {

@@ -97,7 +97,7 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
   JointVector friction = JointVector::Zero(joints_);
   for (const Effect& effect : effects_) {
     const int j = effect.joint;
-    const JointState seen{state.q[j], state.v[j], t, motor[j], external[j]};
+    const JointState seen{state.q[j], state.v[j], t, motor[j], external[j], state.q[neighbour_of(j, joints_)]};
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (TimedEffect<E>) {  // steps end at its switch: what holds at their beginning holds throughout
@@ -173,7 +173,7 @@ double Machine::holding(const State& state, const Moment& moment, int joint) con
     external = external_torque(plant_, state.q)[joint];
     motor = motor_torque(state.q, state.v, input, moment.t)[joint];
   }
-  const JointState seen{state.q[joint], 0.0, moment.t, motor, external};
+  const JointState seen{state.q[joint], 0.0, moment.t, motor, external, state.q[neighbour_of(joint, joints_)]};
   double level = 0.0;
   for (const Effect& effect : effects_) {
     if (effect.joint != joint) continue;

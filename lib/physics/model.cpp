@@ -14,7 +14,8 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   JointVector torque = none, tilt = none, inertia = none;
   for (const Effect& effect : model.effects) {
     const Eigen::Index j = effect.joint;
-    const JointState state{q[j], v[j], 0.0, 0.0, external[j]};
+    const JointState state{q[j], v[j],        0.0,
+                           0.0,  external[j], q[neighbour_of(static_cast<int>(j), static_cast<int>(q.size()))]};
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (TimedEffect<E> || std::is_same_v<E, PeriodicDisturbance>) {

@@ -52,6 +52,9 @@ Effect read_effect(const Node& node, int joint_count) {
   if (const Node::Entry* joint = node.find("joint")) {
     effect.joint = detail::to_int(joint->value, "joint", {between(1, joint_count)}) - 1;
   }
+  if (std::holds_alternative<CouplingTorque>(effect.form) && joint_count < 2) {
+    throw SpecError(node.where, "coupling_torque needs a plant of several joints");
+  }
   return effect;
 }
 

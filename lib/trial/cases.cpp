@@ -5,6 +5,7 @@
 #include <numbers>
 #include <set>
 
+#include "base/format.hpp"
 #include "diagnose/explain.hpp"
 #include "io/emit.hpp"
 #include "io/table.hpp"
@@ -69,6 +70,7 @@ bool applies(std::size_t kind, const Plant& plant) {
   const auto any = [&](std::initializer_list<std::string_view> list) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
+  if (name == CouplingTorque::kName) return joints(plant) > 1;
   if (std::holds_alternative<Mass>(plant)) {
     return !any({"gravity_tilt", "sensor_offset", "position_dependent_friction", "cogging_torque"});
   }
@@ -80,10 +82,6 @@ double friction_of(const Plant& plant, int joint) {
   if (const auto* p = std::get_if<Pendulum>(&plant)) return p->friction;
   if (const auto* p = std::get_if<TwoLinkArm>(&plant)) return joint == 0 ? p->friction1 : p->friction2;
   return 0.0;
-}
-
-std::string numbered(const std::string& name, int joint, int joints) {
-  return joints == 1 ? name : name + std::to_string(joint + 1);
 }
 
 std::string to_file(const Recorded& recorded) {
@@ -157,7 +155,7 @@ double strength_for(double target, const std::function<double(double)>& size) {
   return reached > 0.8 * target && reached < 1.25 * target ? strength : 0.0;
 }
 
-Scene draw_scene(const TrialSpec& spec, const Plant& nominal, int variant, RandomStream& random) {
+Scene draw_scene(const TrialSpec& spec, const Plant& nominal, RandomStream& random) {
   Scene scene{nominal, {}, {}, random()};
   scene.sampling.rate = draw_uniform(random, 0.0, 1.0) < 0.5 ? 100.0 : 200.0;
   scene.sampling.noise = log_uniform(random, spec.lowest_noise, spec.highest_noise);
@@ -171,7 +169,6 @@ Scene draw_scene(const TrialSpec& spec, const Plant& nominal, int variant, Rando
     const auto choice = static_cast<std::size_t>(draw_uniform(random, 0.0, arm ? 2.999 : 4.999));
     scene.tasks.push_back(r == 0 ? Task::track : kTasks[choice]);
   }
-  (void)variant;
   return scene;
 }
 
@@ -288,7 +285,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
     // Plants take turns; where an effect cannot show itself, or not at the size that was drawn, the next plant does.
     const Plant nominal = draw_plant(order.variant + attempt / 3, random);
     const int n = joints(nominal);
-    Scene scene = draw_scene(spec, nominal, order.variant, random);
+    Scene scene = draw_scene(spec, nominal, random);
     Hidden machine{nominal, {}, {}, 0, 0.0};
     const Eigen::VectorXd torque = [&] {
       Eigen::VectorXd scale(n);

@@ -222,6 +222,7 @@ Effect draw_effect(std::size_t kind, int joint, double strength, const std::vect
     form = AsymmetricFriction{s * torque / speed, s * torque / speed * pick(shape, 0, 0.1, 0.6)};
   if (is(PositionDependentFriction{})) form = PositionDependentFriction{s * torque / speed, pick(shape, 0, -1.5, 1.5)};
   if (is(LoadDependentFriction{})) form = LoadDependentFriction{std::min(s, 0.9)};
+  if (is(CouplingTorque{})) form = CouplingTorque{s * torque / range};
   if (is(LinearSpring{})) form = LinearSpring{s * torque / range};
   if (is(CubicSpring{})) form = CubicSpring{s * torque / (range * range * range)};
   if (is(ConstantBias{})) form = ConstantBias{sign(0) * s * torque};

@@ -52,7 +52,7 @@ TEST_CASE("The catalogue holds every effect of the contract once, with a sentenc
     INFO(E::kName);
     CHECK(kinds == 1);
   });
-  CHECK(names.size() == 25);
+  CHECK(names.size() == 26);
 }
 
 TEST_CASE("Dry friction brings a slide to rest after v^2 / (2 level/m), between two samples, and holds it there",
@@ -202,4 +202,19 @@ TEST_CASE("A machine without effects moves as its plant does under Dormand-Princ
   const Recording exact = free_run(Model{pendulum}, start, time, inputs, {1e-12, 1e-12});
   CHECK((positions(Machine(pendulum, {}), 0.3, 1.0, 0.7, time) - exact.position.col(0)).cwiseAbs().maxCoeff() <
         kRungeKutta);
+}
+
+TEST_CASE("A coupling pulls a joint towards its neighbour: the same motion as of a machine that says so itself",
+          "[effects]") {
+  const Plant free = Custom({}, {"u1", "u2", "u3"}, {});
+  const Plant coupled = Custom({}, {"u1 - 3*(q1 - q2)", "u2", "u3 - 2*(q3 - q2)"}, {});
+  const Machine with(free, {{CouplingTorque{3.0}, 0, -1}, {CouplingTorque{2.0}, 2, -1}});
+  const Machine same(coupled, {});
+  const std::vector<double> time = grid(3.0, 0.01);
+  const Eigen::MatrixXd input = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(time.size()), 3, 0.1);
+  StateVector start(6);
+  start << 0.5, -0.3, 0.2, 0.0, 1.0, -1.0;
+  const Eigen::MatrixXd a = with.run(start, time, with.drives(time, input), 0, time.size() - 1);
+  const Eigen::MatrixXd b = same.run(start, time, same.drives(time, input), 0, time.size() - 1);
+  CHECK((a - b).cwiseAbs().maxCoeff() < 1e-12);
 }

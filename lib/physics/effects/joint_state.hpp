@@ -17,7 +17,11 @@ struct JointState {
   double time = 0.0;             // since the start of the recording
   double motor_torque = 0.0;     // tau_in: what the input does to the joint, after the input effects
   double external_torque = 0.0;  // tau_ext: gravity and springs of the plant, along the joint
+  double neighbour = 0.0;        // position of the joint that this one is coupled to
 };
+
+/// The joint that one of several is coupled to: the next or, for the last, the one before.
+inline int neighbour_of(int joint, int joints) { return joint + 1 < joints ? joint + 1 : joints > 1 ? joint - 1 : 0; }
 
 /// The region that recordings visit in one joint: where the parameters of an effect can be looked for.
 struct Survey {
@@ -26,6 +30,7 @@ struct Survey {
   double input = 0.0;                  // largest |u|
   double period = 0.01;                // s between samples
   std::vector<double> durations;       // s, of each recording
+  int joints = 1;                      // of the machine
 };
 
 /// A family of effects that is linear in coefficients: sum of coefficient * member. With `sign` 1 a coefficient cannot

@@ -10,14 +10,6 @@
 
 namespace bayesctrl {
 
-namespace {
-
-std::string numbered(const char* name, int joint, int joints) {
-  return joints == 1 ? std::string(name) : name + std::to_string(joint + 1);
-}
-
-}  // namespace
-
 /// The parsers and the variables that they point to; it must not move.
 struct Custom::Compiled {
   std::array<double, kMaxJoints> q{}, v{}, u{};

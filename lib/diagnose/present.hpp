@@ -1,0 +1,36 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "diagnose/discrepancy.hpp"
+#include "diagnose/free_runs.hpp"
+#include "diagnose/spec.hpp"
+#include "io/table.hpp"
+
+namespace bayesctrl {
+
+/// Every key of diagnosis.json, empty.
+nlohmann::ordered_json empty_diagnosis();
+
+nlohmann::ordered_json shares_json(const Shares& shares);
+
+/// {before, refit, after}, null.
+nlohmann::ordered_json no_fit();
+
+/// "torque -= 0.31 sign(v)" from the effect's equation.
+std::string equation(const Effect& effect, int joints);
+
+/// One effect of `explanation.effects`; `e`: its place in the fit.
+nlohmann::ordered_json effect_json(const Fit& fit, std::size_t e, const std::vector<Measured>& data);
+
+/// model.yaml.
+nlohmann::ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit);
+
+/// missing_torque.csv: recording, t, torque and its standard deviation in each joint.
+Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed);
+
+/// Adds recordings to fit.csv: measured beside simulated by the nominal and the corrected model.
+void add_runs(Table& table, std::string_view set, const std::vector<Measured>& data, const FreeRuns& before,
+              const FreeRuns& after);
+
+}  // namespace bayesctrl

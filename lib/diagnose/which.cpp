@@ -1,0 +1,122 @@
+#include "diagnose/which.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/free_runs.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kInseparable = 3.0;   // nats
+constexpr double kFarFromNoise = 3.0;  // noise, RMS, left by the best explanation
+
+}  // namespace
+
+std::vector<std::string> labels(const std::vector<Effect>& effects, int joints) {
+  std::vector<std::string> list;
+  for (const Effect& effect : effects) list.push_back(label(effect, joints));
+  return list;
+}
+
+Alike find_alike(const Explanation& explanation, int joints) {
+  Alike result;
+  const Fit& best = explanation.best().fit;
+  for (const Effect& effect : best.effects) result.classes.push_back({label(effect, joints)});
+  std::vector<std::string> own = labels(best.effects, joints);
+  for (const Candidate& candidate : explanation.candidates) {
+    const Fit& fit = candidate.fit;
+    if (fit.effects.size() != best.effects.size() || best.log_evidence - fit.log_evidence > kInseparable) continue;
+    std::vector<std::string> other = labels(fit.effects, joints), lost, won;
+    for (const std::string& name : own) {
+      const auto at = std::find(other.begin(), other.end(), name);
+      if (at == other.end()) {
+        lost.push_back(name);
+      } else {
+        other.erase(at);
+      }
+    }
+    if (lost.size() != 1 || other.size() != 1) continue;
+    for (std::vector<std::string>& names : result.classes) {
+      if (names.front() == lost.front() && std::find(names.begin(), names.end(), other.front()) == names.end()) {
+        names.push_back(other.front());
+      }
+    }
+  }
+  for (const Candidate& candidate : explanation.candidates) {
+    if (candidate.fit.effects.size() != best.effects.size()) continue;
+    std::vector<std::string> left = labels(candidate.fit.effects, joints);
+    bool inside = true;
+    for (const std::vector<std::string>& names : result.classes) {
+      const auto at = std::find_if(left.begin(), left.end(), [&](const std::string& name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+      });
+      if (at == left.end()) {
+        inside = false;
+        break;
+      }
+      left.erase(at);
+    }
+    if (inside) result.probability += candidate.probability;
+  }
+  return result;
+}
+
+std::size_t strongest(const Explanation& explanation) {
+  const Fit& best = explanation.best().fit;
+  std::size_t strongest = 0;
+  double most = -kInfinity;
+  for (std::size_t e = 0; e < best.effects.size(); ++e) {
+    std::vector<Effect> fewer = best.effects;
+    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(e));
+    const std::string name = key(fewer);
+    for (const Candidate& candidate : explanation.candidates) {
+      if (key(candidate.fit.effects) != name) continue;
+      if (const double loss = best.log_evidence - candidate.fit.log_evidence; loss > most) {
+        most = loss;
+        strongest = e;
+      }
+    }
+  }
+  return strongest;
+}
+
+double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
+                          const std::vector<Trajectory>& paths, double horizon) {
+  const double rms = free_runs({fit.plant, fit.effects, {}}, data, paths, horizon, false, explanation.max_step).rms;
+  return std::sqrt(std::max(0.0, rms * rms - explanation.noise.squaredNorm() / double(explanation.noise.size())));
+}
+
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon, double material) {
+  if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
+  const std::vector<Trajectory>& paths = explanation.measured->paths;
+  const auto beyond_noise = [&](const Fit& f) { return error_beyond_noise(f, explanation, data, paths, horizon); };
+  const double whole = beyond_noise(explanation.without_effects().fit);
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) order.push_back(i);
+  const auto size = [&](std::size_t i) {
+    const Fit& f = explanation.candidates[i].fit;
+    return std::pair(f.effects.size(), f.unknowns.size());
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) < size(b); });
+  for (const std::size_t i : order) {
+    if (explanation.candidates[i].fit.effects.empty()) continue;
+    if (beyond_noise(explanation.candidates[i].fit) > material * whole) continue;
+    // Of sets of the same size the better one.
+    std::size_t chosen = i;
+    for (const std::size_t k : order) {
+      if (size(k) == size(i) &&
+          explanation.candidates[k].fit.log_evidence > explanation.candidates[chosen].fit.log_evidence)
+        chosen = k;
+    }
+    Candidate simple = explanation.candidates[chosen];
+    explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
+    for (Candidate& other : explanation.candidates) other.probability = 0.0;
+    simple.probability = 1.0;
+    explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
+    return;
+  }
+}
+
+}  // namespace bayesctrl
