@@ -14,15 +14,22 @@ namespace bayesctrl {
 namespace {
 
 constexpr double kFloor = 1e-5;        // of the positions' response to the nominal: below it, numerics
-constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted
+constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted,
+constexpr double kScreenError = 1e-3;  // and of the nats that the best explains: the screen is linear
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
-constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
+constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: simple laws are wanted as well
+constexpr double kLost = 20.0;         // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
 constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
 constexpr int kAdditions = 3;          // to each of them
 constexpr int kAdjustments = 6;        // linear steps of free parameters
 constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
+constexpr double kSecondLaw = 0.3;     // of the level of a first law of dry friction, where a second one starts
 constexpr int kRounds = 3;             // of linearisation
+constexpr double kClose = 20.0;        // nats behind the best, within which fits are brought to their true optima,
+constexpr std::size_t kFinalists = 6;  // this many of them,
+constexpr double kNested = 200.0;      // and subsets of the best within this many nats
+constexpr double kConvergence = 0.5;   // nats that a new start must gain
 
 std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
                                          const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
@@ -86,6 +93,62 @@ bool simplify(EffectForm& form) {
   return simpler.has_value();
 }
 
+/// Laws of one kind that reduce to a simpler one, from that one on.
+std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
+  std::vector<EffectForm> list;
+  std::visit(
+      [&]<class E>(const E&) {
+        if constexpr (requires(const E& e) { e.simpler(); }) {
+          for (const E& form : E::extending(std::get<decltype(E{}.simpler())>(simpler))) list.emplace_back(form);
+        }
+      },
+      wanted);
+  return list;
+}
+
+/// A set that takes over the parameters of another where both hold the same effect.
+std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted) {
+  for (Effect& effect : wanted) {
+    for (const Effect& other : known) {
+      if (other.form.index() == effect.form.index() && other.joint == effect.joint &&
+          other.recording == effect.recording) {
+        effect = other;
+      }
+    }
+  }
+  return wanted;
+}
+
+/// Sets in which dry friction has another law, or a second one: along a known motion these laws look so much alike that
+/// the screen cannot tell them apart.
+std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
+  std::vector<std::vector<Effect>> list;
+  for (std::size_t e = 0; e < set.size(); ++e) {
+    std::vector<Effect> plain = set;
+    while (simplify(plain[e].form)) {
+    }
+    const auto* coulomb = std::get_if<CoulombFriction>(&plain[e].form);
+    if (coulomb == nullptr) continue;
+    const CoulombFriction second{kSecondLaw * coulomb->level};
+    std::vector<EffectForm> others{*coulomb}, more{second};
+    for (const auto& [law, laws] : {std::pair{*coulomb, &others}, {second, &more}}) {
+      laws->push_back(StribeckFriction::extending(law)[1]);
+      laws->push_back(PreslidingHysteresis::extending(law)[1]);
+    }
+    for (const EffectForm& form : others) {
+      std::vector<Effect> swapped = set;
+      swapped[e].form = form;
+      if (form.index() != set[e].form.index()) list.push_back(std::move(swapped));
+    }
+    for (const EffectForm& form : more) {
+      std::vector<Effect> larger = set;
+      larger.push_back({form, set[e].joint, -1});
+      if (form.index() != set[e].form.index() && larger.size() <= 3) list.push_back(std::move(larger));
+    }
+  }
+  return list;
+}
+
 /// Fits by the set that they are of, about the present motion.
 class Fits {
  public:
@@ -106,12 +169,11 @@ class Fits {
   const Fit* add(std::vector<Effect> effects) {
     const std::string name = key(effects);
     if (!tried_.insert(name).second) return find(name);
+    if (redundant(effects)) return nullptr;
     // What was found about another motion is the better start.
     if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
     try {
-      const FitProblem problem{nominal_,         options_.free, data_, *about_->response, *about_->excitation,
-                               options_.penalty, max_step_};
-      fits_.insert_or_assign(name, fit(problem, std::move(effects)));
+      fits_.insert_or_assign(name, fit(problem(), std::move(effects)));
     } catch (const NumericalError&) {
       return nullptr;
     }
@@ -141,6 +203,30 @@ class Fits {
     }
   }
 
+  /// Brings the finalists to their true optima, with slopes from the machine itself: laws that contain one another are
+  /// compared by the last few nats. Where one stops short of what another that it contains has found, it starts anew
+  /// from there.
+  void refine() {
+    std::set<std::pair<std::string, std::string>> asked;
+    for (bool again = true; again;) {
+      again = false;
+      const std::vector<Fit> list = finalists();
+      for (std::size_t i = 0; i < list.size() && !again; ++i) {
+        if (list[i].refined) continue;
+        fits_.insert_or_assign(key(list[i].effects), refined(problem(), list[i]));
+        again = true;
+      }
+      for (std::size_t i = 0; i < list.size() && !again; ++i) {
+        for (std::size_t k = 0; k < list.size() && !again; ++k) {
+          if (list[k].squares >= list[i].squares) continue;
+          const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
+          if (starts.empty() || !asked.emplace(key(list[i].effects), key(list[k].effects)).second) continue;
+          for (const std::vector<Effect>& start : starts) again |= improve(list[i], start);
+        }
+      }
+    }
+  }
+
   std::vector<const Fit*> ranked() const {
     std::vector<const Fit*> list;
     for (const auto& [name, fit] : fits_) list.push_back(&fit);
@@ -149,6 +235,64 @@ class Fits {
   }
 
  private:
+  FitProblem problem() const {
+    return {nominal_, options_.free, data_, *about_->response, *about_->excitation, options_.penalty, max_step_};
+  }
+
+  /// Those that are nearly as good as the best, and its own subsets.
+  std::vector<Fit> finalists() const {
+    std::vector<Fit> list;
+    const std::vector<const Fit*> best = ranked();
+    const std::vector<Effect>& set = best.front()->effects;
+    std::set<std::string> subsets;
+    for (std::size_t drop = 0; drop < set.size(); ++drop) {
+      std::vector<Effect> fewer = set;
+      fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
+      subsets.insert(key(fewer));
+    }
+    for (const Fit* fit : best) {
+      const double behind = best.front()->log_evidence - fit->log_evidence;
+      const bool close = behind < kClose && list.size() < kFinalists;
+      if (close || (behind < kNested && subsets.contains(key(fit->effects)))) list.push_back(*fit);
+    }
+    return list;
+  }
+
+  /// Parameters for one set from those of another: a larger one, or one with a simpler law.
+  static std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted,
+                                                      const std::vector<Effect>& other) {
+    for (std::size_t drop = 0; drop < other.size(); ++drop) {
+      std::vector<Effect> fewer = other;
+      fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
+      if (key(fewer) == key(wanted)) return {fewer};
+    }
+    std::vector<std::vector<Effect>> starts;
+    for (std::size_t e = 0; e < wanted.size(); ++e) {
+      std::vector<Effect> simpler = wanted;
+      if (!simplify(simpler[e].form) || key(simpler) != key(other)) continue;
+      const std::string name = key({simpler[e]});
+      const auto law = std::find_if(other.begin(), other.end(), [&](const Effect& o) { return key({o}) == name; });
+      for (const EffectForm& form : extensions(wanted[e].form, law->form)) {
+        std::vector<Effect> start = other;
+        start[static_cast<std::size_t>(law - other.begin())].form = form;
+        starts.push_back(std::move(start));
+      }
+    }
+    return starts;
+  }
+
+  /// Fits a set once more from other parameters; true if that is better.
+  bool improve(const Fit& old, const std::vector<Effect>& start) {
+    try {
+      Fit tried = refined(problem(), fit(problem(), start));
+      if (tried.log_evidence < old.log_evidence + kConvergence) return false;
+      fits_.insert_or_assign(key(start), std::move(tried));
+      return true;
+    } catch (const NumericalError&) {
+      return false;
+    }
+  }
+
   const Fit* find(const std::string& name) const {
     const auto at = fits_.find(name);
     return at == fits_.end() ? nullptr : &at->second;
@@ -257,14 +401,14 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     const Cleared cleared = without_free(*about, nominal, data, options.free);
     const Screen screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
     const std::vector<Finding> findings = screen.all();
+    const double hopeless = kHopeless + kScreenError * 0.5 * findings.front().explained;
     std::array<int, 4> of_size{};
     int total = 0;
     for (const Finding& finding : findings) {
       const std::size_t size = finding.suspects.size();
       const bool wanted = total < options.refined || of_size[size] < (size == 1 ? 3 : 2);
       if (!wanted || finding.log_evidence == -kInfinity || size == 0) continue;
-      if (total >= 3 && finding.log_evidence < findings.front().log_evidence - kHopeless && of_size[size] >= 1)
-        continue;
+      if (total >= 3 && finding.log_evidence < findings.front().log_evidence - hopeless && of_size[size] >= 1) continue;
       ++of_size[size];
       ++total;
       fits.add(finding.effects(about->dictionary));
@@ -279,11 +423,14 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
       int tried = 0;
       for (const Finding& finding : screen.neighbours(best.effects)) {
         first = std::max(first, finding.log_evidence);
-        if (tried >= options.neighbours || finding.log_evidence < first - kHopeless) break;
+        if (tried >= options.neighbours || finding.log_evidence < first - hopeless) break;
         std::vector<Effect> effects = finding.effects(about->dictionary);
         if (fits.tried(effects)) continue;
         ++tried;
-        fits.add(std::move(effects));
+        fits.add(start_from(best.effects, std::move(effects)));
+      }
+      if (result.p_value(best) < kRelinearise) {
+        for (std::vector<Effect>& effects : dry_relatives(best.effects)) fits.add(std::move(effects));
       }
       fits.add_subsets();
     }
@@ -311,6 +458,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
       }
     }
 
+    fits.refine();
     const std::vector<const Fit*> ranked = fits.ranked();
     result.candidates.clear();
     double sum = 0.0;
@@ -322,7 +470,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     for (Candidate& candidate : result.candidates) candidate.probability /= sum;
     result.linearisation = about;
     const double left = result.excess(result.best().fit);
-    if (result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) break;
+    if (result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) break;
     kept.clear();
     for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
     const FitProblem problem{nominal,         options.free,   data, *about->response, *about->excitation,

@@ -1,10 +1,12 @@
 #include "diagnose/fit.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
+#include <map>
+#include <optional>
 
 #include "base/error.hpp"
 
@@ -16,51 +18,48 @@ constexpr double kConverged = 1e-4;       // of half the squares
 constexpr double kShortestStep = 6e-4;    // s, of the integration
 constexpr double kNumericalShare = 0.05;  // of the noise
 constexpr int kPolishRounds = 8;
-constexpr int kExactIterations = 4;
-constexpr double kHopeless = 3.0;    // times the usual squares: such a fit is not worth exact slopes
+constexpr int kLinearIterations = 8;
+constexpr int kExactIterations = 6;
+constexpr int kRoughIterations = 2;
+constexpr int kTrials = 5;           // of the damping
+constexpr double kHopeless = 3.0;    // times the usual squares: such a fit is not worth many exact slopes
 constexpr double kUnusual = 1.0;     // standard deviations of a window's squares, beyond which its start is polished
 constexpr double kStateStep = 1e-5;  // of differences by the initial state
 constexpr int kPieces = 4;           // of a step whose input is a straight line
-
-/// Calls f(name, value, info) for each parameter.
-void for_each_parameter(auto& form_or_plant, auto&& f) {
-  std::visit(
-      [&]<class T>(T& held) {
-        if constexpr (HasFields<std::remove_const_t<T>>) {
-          T::fields(held, [&](std::string_view name, auto& value, const Info& info) { f(name, value, info); });
-        }
-      },
-      form_or_plant);
-}
-
-double period_of(const std::vector<Measured>& data) {
-  double period = kInfinity;
-  for (const Measured& m : data) period = std::min(period, sample_period(m.time));
-  return period;
-}
 
 /// Simulates windows of a fit's model.
 class Runs {
  public:
   Runs(const FitProblem& problem, const Fit& fit)
-      : problem_(problem), machines_(machines(fit.plant, fit.effects, problem.data.size())) {
+      : problem_(problem),
+        joints_(joints(fit.plant)),
+        machines_(machines(fit.plant, fit.effects, problem.data.size())) {
+    std::vector<std::map<std::size_t, JointVector>> known(problem.data.size());
+    for (std::size_t w = 0; w < fit.starts.size(); ++w) {
+      const Segment& window = problem.response.windows()[w];
+      if (fit.starts[w].size() > 2 * joints_) known[window.recording][window.first] = fit.starts[w].tail(joints_);
+    }
     for (std::size_t r = 0; r < problem.data.size(); ++r) {
       drives_.push_back(drives_of(machines_[r], problem.data[r]));
       const Eigen::MatrixXd& v = problem.excitation.paths()[r].velocity;
-      hidden_.push_back(machines_[r].has_hidden_states() ? machines_[r].hidden_states(problem.data[r].time, v)
+      hidden_.push_back(machines_[r].has_hidden_states() ? machines_[r].hidden_states(problem.data[r].time, v, known[r])
                                                          : Eigen::MatrixXd::Zero(v.rows(), v.cols()));
     }
   }
 
   /// Simulated positions of one window, samples x joints. Throws NumericalError.
-  Eigen::MatrixXd operator()(std::size_t w, const StateVector& start, Eigen::MatrixXd* states = nullptr) const {
+  Eigen::MatrixXd operator()(std::size_t w, const WindowStart& start, Eigen::MatrixXd* states = nullptr) const {
     const Segment& window = problem_.response.windows()[w];
     const std::size_t r = window.recording;
-    return machines_[r].run(start, problem_.data[r].time, drives_[r], window.first, window.last, problem_.max_step,
-                            hidden_[r].row(static_cast<Eigen::Index>(window.first)), states);
+    const bool free = start.size() > 2 * joints_;
+    const JointVector hidden =
+        free ? JointVector(start.tail(joints_)) : JointVector(hidden_[r].row(static_cast<Eigen::Index>(window.first)));
+    return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, drives_[r], window.first, window.last,
+                            problem_.max_step, hidden, states);
   }
 
-  Eigen::MatrixXd rest(std::size_t w, const StateVector& start) const {
+  /// Measured less simulated.
+  Eigen::MatrixXd rest(std::size_t w, const WindowStart& start) const {
     const Segment& window = problem_.response.windows()[w];
     return problem_.data[window.recording].position.middleRows(static_cast<Eigen::Index>(window.first),
                                                                static_cast<Eigen::Index>(window.samples())) -
@@ -69,42 +68,53 @@ class Runs {
 
  private:
   const FitProblem& problem_;
+  int joints_;
   std::vector<Machine> machines_;
   std::vector<std::vector<Drive>> drives_;
   std::vector<Eigen::MatrixXd> hidden_;
 };
 
-/// Simulates, moves the initial states to where they explain the rest best, simulates again; fills the residual.
-void simulate(const FitProblem& problem, Fit& fit, int rounds) {
-  const Runs runs(problem, fit);
-  fit.residual.resize(problem.response.rows());
-  for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
-    for (int round = 0; round < rounds; ++round) {
-      fit.initial_states[w] += problem.response.initial_change(w, runs.rest(w, fit.initial_states[w]));
-    }
-    const Eigen::VectorXd rows = problem.response.project(w, runs.rest(w, fit.initial_states[w]));
-    fit.residual.segment(problem.response.first_row(w), rows.size()) = rows;
-  }
+/// Puts the residual of one window into that of the fit.
+void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& rest) {
+  fit.residual.segment(problem.response.first_row(w), problem.response.row_count(w)) =
+      problem.response.project(w, rest);
+}
+
+void sum_up(Fit& fit) {
   fit.squares = fit.residual.squaredNorm();
   if (!std::isfinite(fit.squares)) throw NumericalError("the model diverges");
 }
 
-/// Windows in which the linear response misjudges the initial state (a joint sticks, or the motion is unstable): their
-/// initial states once more, with slopes from the machine itself.
+/// Simulates, moves the starts to where they explain the rest best by the linear response, simulates again.
+void simulate(const FitProblem& problem, Fit& fit, int rounds) {
+  const Runs runs(problem, fit);
+  const int n = joints(fit.plant);
+  fit.residual.resize(problem.response.rows());
+  for (std::size_t w = 0; w < fit.starts.size(); ++w) {
+    for (int round = 0; round < rounds; ++round) {
+      fit.starts[w].head(2 * n) += problem.response.initial_change(w, runs.rest(w, fit.starts[w]));
+    }
+    take(problem, fit, w, runs.rest(w, fit.starts[w]));
+  }
+  sum_up(fit);
+}
+
+/// Windows in which the linear response misjudges the start (a joint sticks, or the motion is unstable): their starts
+/// once more, with slopes from the machine itself.
 void polish(const FitProblem& problem, Fit& fit) {
   const Runs runs(problem, fit);
-  for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
+  for (std::size_t w = 0; w < fit.starts.size(); ++w) {
     const Eigen::Index first = problem.response.first_row(w), size = problem.response.row_count(w);
     const double usual = static_cast<double>(size) + kUnusual * std::sqrt(2.0 * static_cast<double>(size));
     if (fit.residual.segment(first, size).squaredNorm() <= usual) continue;
-    const StateVector x =
-        fit_start([&](const StateVector& start) { return runs.rest(w, start); }, fit.initial_states[w], kPolishRounds);
+    const WindowStart x =
+        fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, fit.starts[w], kPolishRounds);
     const Eigen::VectorXd rows = problem.response.project(w, runs.rest(w, x));
     if (!(rows.squaredNorm() < fit.residual.segment(first, size).squaredNorm())) continue;
     fit.residual.segment(first, size) = rows;
-    fit.initial_states[w] = x;
+    fit.starts[w] = x;
   }
-  fit.squares = fit.residual.squaredNorm();
+  sum_up(fit);
 }
 
 void assign(Fit& fit, const Eigen::VectorXd& values) {
@@ -166,112 +176,215 @@ Influence influence(const FitProblem& problem, const Fit& fit, const Unknown& un
   return result;
 }
 
-void list_unknowns(const FitProblem& problem, Fit& fit) {
-  const double period = period_of(problem.data);
-  double longest = 0.0;
-  for (const Measured& m : problem.data) longest = std::max(longest, m.time.back());
-  for (const std::string& name : problem.free) {
-    Unknown unknown{-1, name, parameter(fit.plant, name)};
-    for_each_parameter(fit.plant, [&](std::string_view key, double, const Info& info) {
-      if (key == name) {
-        unknown.low = info.range.low;
-        unknown.high = info.range.high;
-      }
-    });
-    const double size = std::max(std::abs(unknown.value), 1e-3);
-    unknown.prior_mean = unknown.value;
-    unknown.prior_deviation = 2.0 * size;
-    unknown.step = 1e-4 * size;
-    fit.unknowns.push_back(unknown);
+Eigen::VectorXd values_of(const Fit& fit) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = fit.unknowns[static_cast<std::size_t>(i)].value;
+  return values;
+}
+
+double prior_cost(const Fit& fit) {
+  double sum = 0.0;
+  for (const Unknown& u : fit.unknowns) sum += std::pow((u.value - u.prior_mean) / u.prior_deviation, 2);
+  return sum;
+}
+
+Eigen::VectorXd prior_slope(const Fit& fit) {
+  Eigen::VectorXd slope(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+    const Unknown& u = fit.unknowns[static_cast<std::size_t>(i)];
+    slope[i] = (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
   }
-  for (std::size_t e = 0; e < fit.effects.size(); ++e) {
-    for_each_parameter(fit.effects[e].form, [&](std::string_view name, double value, const Info& info) {
-      Unknown unknown{static_cast<int>(e), std::string(name), value, info.range.low, info.range.high};
-      const bool angle = name == "phase" || name == "centre";
-      unknown.step = std::max(1e-6, 0.01 * std::abs(value));
-      if (angle) unknown.step = 0.01;
-      if (name == "time") unknown.step = 2.0 * period;
-      if (name == "delay") unknown.step = std::max(0.5 * period, 0.05 * value);
-      if (name == "order" || name == "frequency") unknown.step = 1e-3;
-      if (name == "order") {  // of the catalogue; slower ones are springs
-        unknown.low = 2.0;
-        unknown.high = 30.0;
-      }
-      if (name == "frequency") {
-        unknown.low = 1.0 / longest;
-        unknown.high = std::numbers::pi / period;
-      }
-      if (name == "time") {
-        unknown.low = 0.0;
-        unknown.high = longest;
-      }
-      if (info.range.low_open) unknown.low += 1e-9;
-      unknown.prior_deviation = 0.0;  // by what it does
-      if (angle) unknown.prior_deviation = 2.0;
-      if (name == "time") unknown.prior_deviation = 0.3 * longest;
-      if (name == "frequency") unknown.prior_deviation = 20.0;
-      if (name == "position") {
-        const Survey s = survey(problem.data, problem.excitation.paths(), fit.effects[e].joint);
-        unknown.prior_deviation = 0.3 * (s.highest - s.lowest);
-      }
-      if (info.range.low > -kInfinity && info.range.high < kInfinity && name != "gain" && name != "angle" &&
-          name != "scale") {
-        unknown.prior_deviation = 0.3 * (info.range.high - info.range.low);
-      }
-      if (name == "gain" || name == "scale") unknown.prior_mean = 1.0;
-      fit.unknowns.push_back(unknown);
-    });
+  return slope;
+}
+
+/// Curvature of half the squares and the prior.
+Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit) {
+  Eigen::MatrixXd result = slopes.transpose() * slopes;
+  for (Eigen::Index i = 0; i < result.rows(); ++i) {
+    result(i, i) += 1.0 / std::pow(fit.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
   }
+  return result;
+}
+
+/// Rows x unknowns by the linear response; settles priors that follow from what a parameter does.
+Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
+  const double nominal = problem.excitation.nominal_acceleration();
+  Eigen::MatrixXd slopes(problem.response.rows(), static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
+    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+    const Influence effect = influence(problem, fit, unknown);
+    slopes.col(i) = problem.response.responses(effect.acceleration);
+    const bool sensor =
+        unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
+    if (sensor) slopes.col(i) += problem.response.measured(effect.measured);
+    if (unknown.prior_deviation <= 0.0) {
+      unknown.prior_deviation = sensor ? kPriorShare : kPriorShare * nominal / std::max(effect.rms, 1e-12 * nominal);
+    }
+    if (unknown.name == "static") {  // friction at rest is seldom more than three times that in motion
+      const auto& law = std::get<StribeckFriction>(fit.effects[static_cast<std::size_t>(unknown.effect)].form);
+      unknown.prior_mean = law.coulomb;
+      unknown.prior_deviation = std::max(law.coulomb, 0.5 * law.static_level);
+    }
+  }
+  return slopes;
+}
+
+/// What starts and unknowns do, by differences of the machine's own runs: slower than the linear response, and right
+/// where a joint sticks, a motion is unstable, or effects change the dynamics. Starts follow the unknowns along to
+/// where they explain each window best.
+class ExactSlopes {
+ public:
+  /// `linear`: slopes that set the size of differences.
+  ExactSlopes(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& linear) : slopes_(linear) {
+    const Runs here(problem, fit);
+    const Eigen::VectorXd values = values_of(fit);
+    std::vector<Runs> beside;
+    std::vector<double> steps;
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+      const double posterior = 1.0 / std::sqrt(std::max(linear.col(i).squaredNorm(), 1e-300));
+      double step = std::min(unknown.step, 0.3 * posterior);
+      if (values[i] + step > unknown.high) step = -step;
+      Fit moved = fit;
+      Eigen::VectorXd there = values;
+      there[i] += step;
+      assign(moved, there);
+      beside.emplace_back(problem, moved);
+      steps.push_back(step);
+    }
+    for (std::size_t w = 0; w < fit.starts.size(); ++w) {
+      const WindowStart& start = fit.starts[w];
+      const Eigen::MatrixXd rest = here.rest(w, start);
+      Eigen::MatrixXd by_start(rest.size(), start.size()), by_unknown(rest.size(), values.size());
+      for (Eigen::Index i = 0; i < start.size(); ++i) {
+        WindowStart moved = start;
+        moved[i] += kStateStep;
+        by_start.col(i) = ((rest - here.rest(w, moved)) / kStateStep).reshaped();
+      }
+      for (Eigen::Index i = 0; i < values.size(); ++i) {
+        const auto slot = static_cast<std::size_t>(i);
+        by_unknown.col(i) = ((rest - beside[slot].rest(w, start)) / steps[slot]).reshaped();
+      }
+      const auto& solver = starts_.emplace_back(by_start);
+      const Eigen::MatrixXd along = solver.solve(by_unknown);
+      const Eigen::MatrixXd cleared = by_unknown - by_start * along;
+      for (Eigen::Index i = 0; i < values.size(); ++i) {
+        slopes_.col(i).segment(problem.response.first_row(w), problem.response.row_count(w)) =
+            problem.response.project(w, cleared.col(i).reshaped(rest.rows(), rest.cols()));
+      }
+      along_.push_back(along);
+    }
+  }
+
+  /// Rows x unknowns.
+  const Eigen::MatrixXd& slopes() const { return slopes_; }
+
+  /// Starts of a fit whose unknowns have changed, and its residual.
+  void follow(const FitProblem& problem, Fit& next, const Eigen::VectorXd& change) const {
+    for (std::size_t w = 0; w < starts_.size(); ++w) next.starts[w] -= WindowStart(along_[w] * change);
+    const Runs runs(problem, next);
+    for (std::size_t w = 0; w < starts_.size(); ++w) {
+      Eigen::MatrixXd rest = runs.rest(w, next.starts[w]);
+      const WindowStart better = next.starts[w] + WindowStart(starts_[w].solve(rest.reshaped()));
+      const Eigen::MatrixXd tried = runs.rest(w, better);
+      if (tried.squaredNorm() < rest.squaredNorm()) {
+        next.starts[w] = better;
+        rest = tried;
+      }
+      take(problem, next, w, rest);
+    }
+    sum_up(next);
+  }
+
+ private:
+  Eigen::MatrixXd slopes_;
+  std::vector<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> starts_;  // per window: samples x start
+  std::vector<Eigen::MatrixXd> along_;                               // per window: start x unknowns
+};
+
+/// Damped Gauss-Newton steps until they gain little, with slopes from the linear response or exact ones; the last
+/// slopes.
+Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, int iterations) {
+  Eigen::MatrixXd slopes = linear_slopes(problem, current);
+  double damping = 1e-4;
+  for (int iteration = 0; iteration < iterations && slopes.cols() > 0; ++iteration) {
+    std::optional<ExactSlopes> exact;
+    if (exactly) {
+      exact.emplace(problem, current, slopes);
+      slopes = exact->slopes();
+    } else if (iteration > 0) {
+      slopes = linear_slopes(problem, current);
+    }
+    const Eigen::MatrixXd curvature = information(slopes, current);
+    const Eigen::VectorXd slope = slopes.transpose() * current.residual - prior_slope(current);
+    const Eigen::VectorXd values = values_of(current);
+    double gained = 0.0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      Eigen::MatrixXd damped = curvature;
+      damped.diagonal() *= 1.0 + damping;
+      Fit next = current;
+      Eigen::VectorXd target = values + damped.ldlt().solve(slope);
+      for (Eigen::Index i = 0; i < target.size(); ++i) {
+        const Unknown& u = current.unknowns[static_cast<std::size_t>(i)];
+        target[i] = std::clamp(target[i], u.low, u.high);
+      }
+      assign(next, target);
+      try {
+        if (exact) {
+          exact->follow(problem, next, values_of(next) - values);
+        } else {
+          simulate(problem, next, 1);
+        }
+        gained = 0.5 * (current.squares + prior_cost(current) - next.squares - prior_cost(next));
+      } catch (const NumericalError&) {
+        gained = -kInfinity;
+      }
+      if (gained > 0.0) {
+        current = std::move(next);
+        damping = std::max(0.1 * damping, 1e-9);
+        break;
+      }
+      damping = std::max(10.0 * damping, 1e-2);
+      if (gained > -1e-3) break;
+    }
+    if (gained < std::max(0.01, kConverged * 0.5 * current.squares)) break;
+  }
+  return slopes;
+}
+
+/// Covariance and evidence, by Laplace's approximation.
+void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
+  const Eigen::MatrixXd curvature = information(slopes, fit);
+  fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
+  Eigen::MatrixXd scaled = curvature;
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
+    const double s = fit.unknowns[static_cast<std::size_t>(i)].prior_deviation;
+    scaled.row(i) *= s;
+    scaled.col(i) *= s;
+  }
+  const double log_det =
+      scaled.size() == 0 ? 0.0 : 2.0 * Eigen::MatrixXd(scaled.llt().matrixL()).diagonal().array().log().sum();
+  fit.log_evidence =
+      -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
 }
 
 }  // namespace
 
-std::vector<std::string> parameter_names(const Plant& plant) {
-  std::vector<std::string> names;
-  if (const Custom* custom = std::get_if<Custom>(&plant)) {
-    for (const auto& [name, value] : custom->parameters().items) names.push_back(name);
-  }
-  for_each_parameter(plant, [&](std::string_view name, double, const Info&) { names.emplace_back(name); });
-  return names;
+WindowStart first_start(const Segment& window, const Trajectory& path, bool hidden) {
+  const auto row = static_cast<Eigen::Index>(window.first);
+  const Eigen::Index n = path.position.cols();
+  WindowStart start = WindowStart::Zero((hidden && window.after_gap ? 3 : 2) * n);
+  start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
+  return start;
 }
 
-double parameter(const Plant& plant, std::string_view name) {
-  if (const Custom* custom = std::get_if<Custom>(&plant)) return *custom->parameters().find(name);
-  double result = 0.0;
-  for_each_parameter(plant, [&](std::string_view key, double value, const Info&) {
-    if (key == name) result = value;
-  });
-  return result;
-}
-
-void set_parameter(Plant& plant, std::string_view name, double value) {
-  if (Custom* custom = std::get_if<Custom>(&plant)) return custom->set_parameter(name, value);
-  for_each_parameter(plant, [&](std::string_view key, double& held, const Info&) {
-    if (key == name) held = value;
-  });
-}
-
-double parameter(const EffectForm& form, std::string_view name) {
-  double result = 0.0;
-  for_each_parameter(form, [&](std::string_view key, double value, const Info&) {
-    if (key == name) result = value;
-  });
-  return result;
-}
-
-void set_parameter(EffectForm& form, std::string_view name, double value) {
-  for_each_parameter(form, [&](std::string_view key, double& held, const Info&) {
-    if (key == name) held = value;
-  });
-}
-
-StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& rest_of, StateVector x, int rounds) {
+WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds) {
   Eigen::MatrixXd rest = rest_of(x);
   double damping = 1e-6;
   for (int round = 0; round < rounds; ++round) {
     Eigen::MatrixXd slopes(rest.size(), x.size());
     for (Eigen::Index i = 0; i < x.size(); ++i) {
-      StateVector moved = x;
+      WindowStart moved = x;
       moved[i] += kStateStep;
       slopes.col(i) = ((rest - rest_of(moved)) / kStateStep).reshaped();
     }
@@ -283,7 +396,7 @@ StateVector fit_start(const std::function<Eigen::MatrixXd(const StateVector&)>& 
       Eigen::MatrixXd damped = curvature;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-14 * largest;
-      const StateVector next = x + StateVector(damped.ldlt().solve(gradient));
+      const WindowStart next = x + WindowStart(damped.ldlt().solve(gradient));
       Eigen::MatrixXd tried;
       try {
         tried = rest_of(next);
@@ -313,7 +426,6 @@ double Fit::deviation(int effect, std::string_view name) const {
 double adequate_step(const FitProblem& problem) {
   Fit start;
   start.plant = problem.nominal;
-  const int n = joints(problem.nominal);
   FitProblem fine = problem;
   for (double step = problem.max_step; step > kShortestStep; step *= 0.5) {
     fine.max_step = step;
@@ -323,10 +435,7 @@ double adequate_step(const FitProblem& problem) {
     double squares = 0.0, count = 0.0;
     for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
       const Segment& window = problem.response.windows()[w];
-      const Trajectory& path = problem.excitation.paths()[window.recording];
-      StateVector x(2 * n);
-      x << path.position.row(static_cast<Eigen::Index>(window.first)).transpose(),
-          path.velocity.row(static_cast<Eigen::Index>(window.first)).transpose();
+      const WindowStart x = first_start(window, problem.excitation.paths()[window.recording], false);
       try {
         const Eigen::MatrixXd difference = coarse_runs(w, x) - fine_runs(w, x);
         const Eigen::VectorXd rows = problem.response.project(w, difference);
@@ -367,144 +476,43 @@ std::vector<Drive> drives_of(const Machine& machine, const Measured& data) {
   return machine.drives(time, input);
 }
 
-Fit fit(const FitProblem& problem, std::vector<Effect> effects, int iterations) {
+Fit fit(const FitProblem& problem, std::vector<Effect> effects) {
   Fit current;
   current.plant = problem.nominal;
   current.effects = std::move(effects);
-  list_unknowns(problem, current);
-  const std::vector<Segment>& windows = problem.response.windows();
-  const int n = joints(problem.nominal);
-  for (const Segment& window : windows) {
-    const Trajectory& path = problem.excitation.paths()[window.recording];
-    StateVector start(2 * n);
-    start << path.position.row(static_cast<Eigen::Index>(window.first)).transpose(),
-        path.velocity.row(static_cast<Eigen::Index>(window.first)).transpose();
-    current.initial_states.push_back(start);
+  current.unknowns =
+      list_unknowns(current.plant, current.effects, problem.free, problem.data, problem.excitation.paths());
+  const bool hidden = Machine(current.plant, current.effects).has_hidden_states();
+  for (const Segment& window : problem.response.windows()) {
+    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], hidden));
   }
-  const auto count = static_cast<Eigen::Index>(current.unknowns.size());
-  Eigen::VectorXd values(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
-    values[i] = std::clamp(unknown.value, unknown.low, unknown.high);
+  Eigen::VectorXd values = values_of(current);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
+    values[i] = std::clamp(values[i], unknown.low, unknown.high);
   }
   assign(current, values);
   simulate(problem, current, 2);
 
-  const double nominal = problem.excitation.nominal_acceleration();
-  Eigen::MatrixXd jacobian(problem.response.rows(), count);
-  const auto differentiate = [&] {
-    for (Eigen::Index i = 0; i < count; ++i) {
-      Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
-      const Influence effect = influence(problem, current, unknown);
-      jacobian.col(i) = problem.response.responses(effect.acceleration);
-      const bool sensor =
-          unknown.effect >= 0 && channel(current.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
-      if (sensor) jacobian.col(i) += problem.response.measured(effect.measured);
-      if (unknown.prior_deviation <= 0.0) {
-        unknown.prior_deviation = sensor ? kPriorShare : kPriorShare * nominal / std::max(effect.rms, 1e-12 * nominal);
-      }
-    }
-  };
-  const auto prior_cost = [&](const Fit& f) {
-    double sum = 0.0;
-    for (const Unknown& u : f.unknowns) sum += std::pow((u.value - u.prior_mean) / u.prior_deviation, 2);
-    return sum;
-  };
-  const auto information = [&] {
-    Eigen::MatrixXd result = jacobian.transpose() * jacobian;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      result(i, i) += 1.0 / std::pow(current.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
-    }
-    return result;
-  };
-
-  /// The same from the machine itself: slower, and right where a motion is unstable or a joint sticks.
-  const auto differentiate_exactly = [&] {
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
-      Fit moved = current;
-      for (Eigen::Index k = 0; k < count; ++k) values[k] = current.unknowns[static_cast<std::size_t>(k)].value;
-      const double posterior = 1.0 / std::sqrt(std::max(jacobian.col(i).squaredNorm(), 1e-300));
-      double step = std::min(unknown.step, 0.3 * posterior);
-      if (values[i] + step > unknown.high) step = -step;
-      values[i] += step;
-      assign(moved, values);
-      simulate(problem, moved, 0);
-      jacobian.col(i) = (current.residual - moved.residual) / step;
-    }
-  };
-
-  const double usual = static_cast<double>(problem.response.rows()) +
-                       kUnusual * std::sqrt(2.0 * static_cast<double>(problem.response.rows()));
-  bool exact = false;
-  double damping = 1e-4;
-  bool polished = false;
-  for (int iteration = 0; iteration < iterations + (exact ? kExactIterations : 0) && count > 0; ++iteration) {
-    if (exact) {
-      differentiate_exactly();
-    } else {
-      differentiate();
-    }
-    const Eigen::MatrixXd curvature = information();
-    Eigen::VectorXd slope = jacobian.transpose() * current.residual;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Unknown& u = current.unknowns[static_cast<std::size_t>(i)];
-      slope[i] -= (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
-      values[i] = u.value;
-    }
-    bool moved = false;
-    double gained = 0.0;
-    for (int trial = 0; trial < 5 && !moved; ++trial) {
-      Eigen::MatrixXd damped = curvature;
-      damped.diagonal() *= 1.0 + damping;
-      Fit next = current;
-      Eigen::VectorXd target = values + damped.ldlt().solve(slope);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const Unknown& u = current.unknowns[static_cast<std::size_t>(i)];
-        target[i] = std::clamp(target[i], u.low, u.high);
-      }
-      assign(next, target);
-      try {
-        simulate(problem, next, polished ? 0 : 1);
-        if (polished) polish(problem, next);
-      } catch (const NumericalError&) {
-        damping = std::max(10.0 * damping, 1e-2);
-        continue;
-      }
-      gained = 0.5 * (current.squares + prior_cost(current) - next.squares - prior_cost(next));
-      if (gained > 0.0) {
-        current = std::move(next);
-        damping = std::max(0.1 * damping, 1e-9);
-        moved = true;
-      } else {
-        damping = std::max(10.0 * damping, 1e-2);
-        if (gained > -1e-3) break;
-      }
-    }
-    if (!moved || gained < std::max(0.01, kConverged * 0.5 * current.squares)) {
-      const bool hopeless = current.squares > kHopeless * usual;
-      if (polished && (exact || hopeless || current.squares <= usual)) break;
-      if (polished) exact = true;
-      polish(problem, current);
-      polished = true;
-    }
+  // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
+  const auto rows = static_cast<double>(problem.response.rows());
+  const double usual = rows + kUnusual * std::sqrt(2.0 * rows);
+  descend(problem, current, false, kLinearIterations);
+  polish(problem, current);
+  if (current.squares > usual) {
+    const Eigen::MatrixXd slopes =
+        descend(problem, current, true, current.squares > kHopeless * usual ? kRoughIterations : kExactIterations);
+    current.refined = current.squares <= kHopeless * usual;
+    weigh(problem, current, slopes);
+    return current;
   }
-  if (!polished) polish(problem, current);
-  if (count > 0) differentiate();
-  double log_det = 0.0;
-  if (count > 0) {
-    const Eigen::MatrixXd curvature = information();
-    current.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(count, count));
-    Eigen::MatrixXd scaled = curvature;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const double s = current.unknowns[static_cast<std::size_t>(i)].prior_deviation;
-      scaled.row(i) *= s;
-      scaled.col(i) *= s;
-    }
-    log_det = 2.0 * Eigen::MatrixXd(scaled.llt().matrixL()).diagonal().array().log().sum();
-  }
-  current.log_evidence = -0.5 * (current.squares + prior_cost(current) + log_det) -
-                         problem.penalty * static_cast<double>(current.effects.size());
+  weigh(problem, current, linear_slopes(problem, current));
+  return current;
+}
+
+Fit refined(const FitProblem& problem, Fit current) {
+  current.refined = true;
+  weigh(problem, current, descend(problem, current, true, kExactIterations));
   return current;
 }
 
@@ -515,7 +523,7 @@ std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, con
   const Eigen::Index n = joints(fit.plant);
   for (std::size_t w = 0; w < windows.size(); ++w) {
     Eigen::MatrixXd states;
-    runs(w, fit.initial_states[w], &states);
+    runs(w, fit.starts[w], &states);
     Trajectory& path = result[windows[w].recording];
     const auto first = static_cast<Eigen::Index>(windows[w].first);
     path.position.middleRows(first, states.rows()) = states.leftCols(n);

@@ -57,15 +57,15 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     const auto first = static_cast<Eigen::Index>(window.first), size = static_cast<Eigen::Index>(window.samples());
     const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
     const Remainder::Memory memory = memory_at(model.remainder, data[r], paths[r], window.first);
-    const auto run = [&](const StateVector& x, Eigen::MatrixXd* states) {
-      return list[r].run(x, data[r].time, drives[r], window.first, window.last, max_step, hidden[r].row(first), states,
+    const auto run = [&](const WindowStart& x, Eigen::MatrixXd* states) {
+      const JointVector z = x.size() > 2 * n ? JointVector(x.tail(n)) : JointVector(hidden[r].row(first));
+      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step, z, states,
                          memory);
     };
-    StateVector start(2 * n);
-    start << paths[r].position.row(first).transpose(), paths[r].velocity.row(first).transpose();
+    WindowStart start = first_start(window, paths[r], list[r].has_hidden_states());
     result.samples += static_cast<double>(size * n);
     try {
-      start = fit_start([&](const StateVector& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
+      start = fit_start([&](const WindowStart& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
                         kRounds);
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);

@@ -265,17 +265,14 @@ std::vector<Finding> Screen::all() const {
       }
     }
   }
+  std::sort(triples.begin(), triples.end(), better);
   for (auto* sets : {&singles, &pairs, &triples}) {
+    if (sets != &singles) sets->resize(std::min(sets->size(), static_cast<std::size_t>(options_.keep)));
     for (Finding& finding : *sets) {
       if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
     }
   }
   std::sort(list.begin(), list.end(), better);
-  if (static_cast<int>(list.size()) > options_.keep) {
-    const auto empty = std::find_if(list.begin(), list.end(), [](const Finding& f) { return f.suspects.empty(); });
-    if (empty - list.begin() >= options_.keep) std::iter_swap(empty, list.begin() + options_.keep - 1);
-    list.resize(static_cast<std::size_t>(options_.keep));
-  }
   return list;
 }
 

@@ -49,7 +49,7 @@ struct Finding {
 struct ScreenOptions {
   int largest = 3;       // effects in a set
   double penalty = 3.0;  // nats per effect
-  int keep = 200;        // best findings returned
+  int keep = 100;        // pairs, and triples, that are returned
   int beam = 40;         // pairs that are extended to triples
 };
 
@@ -60,7 +60,7 @@ class Screen {
   Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
          const ScreenOptions& options = {});
 
-  /// Every set of up to `largest` effects, best first; the empty set is among them.
+  /// Every single effect, the best pairs and triples, and the empty set; best first.
   std::vector<Finding> all() const;
 
   /// Sets that differ from a given one by one effect more or by one in the place of another; best first. `effects` that

@@ -10,6 +10,29 @@ std::vector<double> spread(double low, double high, int count) {
   return values;
 }
 
+bool redundant(const std::vector<Effect>& effects) {
+  for (const Effect& law : effects) {
+    for (const Effect& other : effects) {
+      if (&other != &law && other.form.index() == law.form.index() && other.joint == law.joint &&
+          other.recording == law.recording) {
+        return true;
+      }
+    }
+    const bool found = std::visit(
+        [&]<class E>(const E&) {
+          if constexpr (requires { typename E::Contains; }) {
+            for (const Effect& other : effects) {
+              if (other.joint == law.joint && std::holds_alternative<typename E::Contains>(other.form)) return true;
+            }
+          }
+          return false;
+        },
+        law.form);
+    if (found) return true;
+  }
+  return false;
+}
+
 std::string_view channel(const EffectForm& form) {
   return std::visit(
       []<class E>(const E&) -> std::string_view {

@@ -111,6 +111,10 @@ concept SensorEffect = requires(const E& e, double q) {
   { e.measured(q) } -> std::same_as<double>;
 };
 
+/// Whether a set holds a law twice, or beside one that contains it, in the same joint: together they are no other law
+/// than the second alone.
+bool redundant(const std::vector<Effect>& effects);
+
 /// The side of the machine on which an effect acts: "drift", "input" or "sensor".
 std::string_view channel(const EffectForm& form);
 

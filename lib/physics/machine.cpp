@@ -14,6 +14,7 @@ namespace {
 constexpr int kStopIterations = 30;     // of the search for the instant at which a joint stops
 constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands
 constexpr double kShortestStep = 3e-4;  // s
+constexpr double kSettled = 1e-4;       // of the velocity, by which a hidden state still moves
 constexpr int kMostStops = 16;          // within one step; beyond that the joint is taken to rest
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
@@ -48,6 +49,7 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
           if constexpr (DryFriction<E>) dry_[static_cast<std::size_t>(effect.joint)] = true;
           if constexpr (InertiaEffect<E>) added_inertia_[effect.joint] += form.added_inertia();
           if constexpr (TiltEffect<E>) tilt_[effect.joint] += form.tilt();
+          if constexpr (HiddenStateEffect<E>) has_hidden_states_ = true;
           if constexpr (TimedEffect<E>) switch_times_.push_back(form.switch_time());
           if constexpr (TiltEffect<E> || std::is_same_v<E, LoadDependentFriction>) needs_external_torque_ = true;
         },
@@ -88,7 +90,7 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
   JointVector external = JointVector::Zero(joints_), tilted = external, motor = input;
   if (needs_external_torque_) {
     external = external_torque(plant_, state.q);
-    tilted = external_torque(plant_, state.q + tilt_);
+    tilted = tilt_.isZero() ? external : external_torque(plant_, state.q + tilt_);
     motor = motor_torque(state.q, state.v, input, t);
   }
 
@@ -186,8 +188,9 @@ double Machine::holding(const State& state, const Moment& moment, int joint) con
   return level;
 }
 
-/// Longest step that resolves hidden states, and lags after a switch of the input.
-double Machine::fine_step(const State& state, const Moment& moment) const {
+/// Longest step that resolves hidden states, and lags after a switch of the input. Hidden states that have settled need
+/// none while the joint goes on in the same direction.
+double Machine::fine_step(const State& state, const Moment& moment, bool goes_on) const {
   double limit = kInfinity;
   for (int j = 0; j < joints_; ++j) {
     const auto slot = static_cast<std::size_t>(j);
@@ -199,7 +202,9 @@ double Machine::fine_step(const State& state, const Moment& moment) const {
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (HiddenStateEffect<E>) {
-            limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(state.v[effect.joint])));
+            const double v = state.v[effect.joint];
+            if (goes_on && std::abs(form.rate(v, state.z[effect.joint])) < kSettled * std::abs(v)) return;
+            limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(v)));
           }
         },
         effect.form);
@@ -248,14 +253,20 @@ void Machine::settle(State& state, Moment& moment) const {
     if (std::abs(state.v[j]) <= kStopped) state.v[j] = 0.0;
     moment.direction[slot] = sign_of(state.v[j]);
   }
+  const auto standing = [&](int j) {
+    const auto slot = static_cast<std::size_t>(j);
+    return dry_[slot] && moment.direction[slot] == 0;
+  };
   for (int round = 0; round < joints_; ++round) {
+    bool any = false;
+    for (int j = 0; j < joints_; ++j) any |= standing(j);
+    if (!any) return;
     JointVector held;
     acceleration(state, moment, moment.t, &held);
     int worst = -1;
     double excess = 0.0;
     for (int j = 0; j < joints_; ++j) {
-      const auto slot = static_cast<std::size_t>(j);
-      if (!dry_[slot] || moment.direction[slot] != 0) continue;
+      if (!standing(j)) continue;
       const double beyond = std::abs(held[j]) - holding(state, moment, j);
       if (beyond > excess) {
         excess = beyond;
@@ -273,8 +284,12 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
   settle(state, moment);
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
     const double left = end - moment.t;
-    const double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment)));
+    double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, true)));
     State next = step(state, moment, h);
+    if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).any()) {
+      h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, false)));
+      next = step(state, moment, h);
+    }
 
     int stopping = -1;
     double fraction = 1.0;
@@ -386,7 +401,8 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
   }
 }
 
-Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity) const {
+Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity,
+                                       const std::map<std::size_t, JointVector>& known) const {
   Eigen::MatrixXd z = Eigen::MatrixXd::Zero(velocity.rows(), joints_);
   for (const Effect& effect : effects_) {
     std::visit(
@@ -402,19 +418,14 @@ Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Ei
                 const double decay = form.settling_rate(v) * h;
                 at += form.rate(v, at) * (decay < 1e-6 ? h : h * -std::expm1(-decay) / decay);
               }
-              z(k + 1, j) = at;
+              const auto given = known.find(static_cast<std::size_t>(k) + 1);
+              z(k + 1, j) = given == known.end() ? at : given->second[j];
             }
           }
         },
         effect.form);
   }
   return z;
-}
-
-bool Machine::has_hidden_states() const {
-  return std::any_of(effects_.begin(), effects_.end(), [](const Effect& effect) {
-    return std::visit([]<class E>(const E&) { return HiddenStateEffect<E>; }, effect.form);
-  });
 }
 
 struct Simulation::Now {

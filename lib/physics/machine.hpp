@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -39,9 +40,11 @@ class Machine {
     return run(start, time, drives, first, last, max_step, JointVector::Zero(joints_));
   }
 
-  /// States of the joints' effects (samples x joints) along a known motion, 0 at its first sample.
-  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity) const;
-  bool has_hidden_states() const;
+  /// States of the joints' effects (samples x joints) along a known motion: 0 at its first sample, and `known` at the
+  /// samples that it names.
+  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity,
+                                const std::map<std::size_t, JointVector>& known = {}) const;
+  bool has_hidden_states() const { return has_hidden_states_; }
 
   /// What the sensors show of a position.
   JointVector measured(const JointVector& position) const;
@@ -52,7 +55,7 @@ class Machine {
   struct State;
   struct Moment;
 
-  double fine_step(const State& state, const Moment& moment) const;
+  double fine_step(const State& state, const Moment& moment, bool goes_on) const;
   JointVector motor_torque(const JointVector& q, const JointVector& v, const JointVector& input, double t) const;
   double holding(const State& state, const Moment& moment, int joint) const;
   JointVector acceleration(const State& state, const Moment& moment, double t, JointVector* holding_torque) const;
@@ -69,6 +72,7 @@ class Machine {
   JointVector added_inertia_;       // per joint
   JointVector tilt_;                // per joint, rad
   bool needs_external_torque_ = false;
+  bool has_hidden_states_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing
 };
 

@@ -77,6 +77,7 @@ inline Motion motion(const Plant& plant, const JointVector& q, const JointVector
 inline JointVector external_torque(const Plant& plant, const JointVector& q) {
   const JointVector none = JointVector::Zero(q.size());
   const Motion still = motion(plant, q, none, none, 0.0);
+  if (q.size() == 1) return still.acceleration / still.mobility(0, 0);
   return still.mobility.partialPivLu().solve(still.acceleration);
 }
 

@@ -343,7 +343,8 @@ Case make_case(const TrialSpec& spec, const Order& order) {
                 : order.kinds[0];
         const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
         if (!used.insert({kind, joint}).second) continue;
-        good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : 5.0, kLargest));
+        good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : 5.0, kLargest)) &&
+               !redundant(machine.effects);
       }
     } else if (order.family == "outside") {
       const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));

@@ -11,6 +11,7 @@ struct AsymmetricFriction {
   static constexpr std::string_view kEquation = "torque -= (v > 0 ? {forward} : {backward}) v";
   static constexpr std::string_view kText =
       "drag that differs between the two directions, as from worn or preloaded parts";
+  using Contains = ViscousFriction;  // beside it that law adds nothing
   double forward = 0.1;
   double backward = 0.1;
 
@@ -23,6 +24,9 @@ struct AsymmetricFriction {
 
   /// The same in both directions.
   ViscousFriction simpler() const { return {0.5 * (forward + backward)}; }
+  static std::vector<AsymmetricFriction> extending(const ViscousFriction& law) {
+    return {{law.coefficient, law.coefficient}};
+  }
 
   static std::vector<Shape<AsymmetricFriction>> shapes(const Survey& /*s*/) { return {{{{1.0, 0.0}, {0.0, 1.0}}, 1}}; }
   static AsymmetricFriction combined(const Shape<AsymmetricFriction>& /*shape*/, std::span<const double> c) {

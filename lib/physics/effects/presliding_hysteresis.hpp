@@ -25,6 +25,9 @@ struct PreslidingHysteresis {
 
   /// Without the give.
   CoulombFriction simpler() const { return {level}; }
+  static std::vector<PreslidingHysteresis> extending(const CoulombFriction& law) {
+    return {{law.level / 0.03, law.level}, {law.level / 0.003, law.level}};
+  }
 
   static std::vector<Shape<PreslidingHysteresis>> shapes(const Survey& s) {
     std::vector<Shape<PreslidingHysteresis>> list;

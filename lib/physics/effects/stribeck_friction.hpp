@@ -14,6 +14,7 @@ struct StribeckFriction {
       "torque -= ({coulomb} + ({static} - {coulomb}) exp(-(v/{velocity})^2)) sign(v)";
   static constexpr std::string_view kText =
       "dry friction that is stronger at rest than in motion, so that slow motion sticks and slips";
+  using Contains = CoulombFriction;  // beside it that law adds nothing
   double coulomb = 0.1;
   double static_level = 0.2;
   double velocity = 0.1;
@@ -38,6 +39,9 @@ struct StribeckFriction {
 
   /// Without the rise towards rest.
   CoulombFriction simpler() const { return {coulomb}; }
+  static std::vector<StribeckFriction> extending(const CoulombFriction& law) {
+    return {{law.level, 1.6 * law.level, 0.03}, {law.level, 1.6 * law.level, 0.1}, {law.level, 1.6 * law.level, 0.3}};
+  }
 
   static std::vector<Shape<StribeckFriction>> shapes(const Survey& s) {
     std::vector<Shape<StribeckFriction>> list;

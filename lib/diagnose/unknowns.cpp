@@ -1,0 +1,131 @@
+#include "diagnose/unknowns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace bayesctrl {
+
+namespace {
+
+/// Calls f(name, value, info) for each parameter.
+void for_each_parameter(auto& form_or_plant, auto&& f) {
+  std::visit(
+      [&]<class T>(T& held) {
+        if constexpr (HasFields<std::remove_const_t<T>>) {
+          T::fields(held, [&](std::string_view name, auto& value, const Info& info) { f(name, value, info); });
+        }
+      },
+      form_or_plant);
+}
+
+double period_of(const std::vector<Measured>& data) {
+  double period = kInfinity;
+  for (const Measured& m : data) period = std::min(period, sample_period(m.time));
+  return period;
+}
+
+}  // namespace
+
+std::vector<std::string> parameter_names(const Plant& plant) {
+  std::vector<std::string> names;
+  if (const Custom* custom = std::get_if<Custom>(&plant)) {
+    for (const auto& [name, value] : custom->parameters().items) names.push_back(name);
+  }
+  for_each_parameter(plant, [&](std::string_view name, double, const Info&) { names.emplace_back(name); });
+  return names;
+}
+
+double parameter(const Plant& plant, std::string_view name) {
+  if (const Custom* custom = std::get_if<Custom>(&plant)) return *custom->parameters().find(name);
+  double result = 0.0;
+  for_each_parameter(plant, [&](std::string_view key, double value, const Info&) {
+    if (key == name) result = value;
+  });
+  return result;
+}
+
+void set_parameter(Plant& plant, std::string_view name, double value) {
+  if (Custom* custom = std::get_if<Custom>(&plant)) return custom->set_parameter(name, value);
+  for_each_parameter(plant, [&](std::string_view key, double& held, const Info&) {
+    if (key == name) held = value;
+  });
+}
+
+double parameter(const EffectForm& form, std::string_view name) {
+  double result = 0.0;
+  for_each_parameter(form, [&](std::string_view key, double value, const Info&) {
+    if (key == name) result = value;
+  });
+  return result;
+}
+
+void set_parameter(EffectForm& form, std::string_view name, double value) {
+  for_each_parameter(form, [&](std::string_view key, double& held, const Info&) {
+    if (key == name) held = value;
+  });
+}
+
+std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>& effects,
+                                   const std::vector<std::string>& free, const std::vector<Measured>& data,
+                                   const std::vector<Trajectory>& paths) {
+  std::vector<Unknown> unknowns;
+  const double period = period_of(data);
+  double longest = 0.0;
+  for (const Measured& m : data) longest = std::max(longest, m.time.back());
+  for (const std::string& name : free) {
+    Unknown unknown{-1, name, parameter(plant, name)};
+    for_each_parameter(plant, [&](std::string_view key, double, const Info& info) {
+      if (key == name) {
+        unknown.low = info.range.low;
+        unknown.high = info.range.high;
+      }
+    });
+    const double size = std::max(std::abs(unknown.value), 1e-3);
+    unknown.prior_mean = unknown.value;
+    unknown.prior_deviation = 2.0 * size;
+    unknown.step = 1e-4 * size;
+    unknowns.push_back(unknown);
+  }
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    for_each_parameter(effects[e].form, [&](std::string_view name, double value, const Info& info) {
+      Unknown unknown{static_cast<int>(e), std::string(name), value, info.range.low, info.range.high};
+      const bool angle = name == "phase" || name == "centre";
+      unknown.step = std::max(1e-6, 0.01 * std::abs(value));
+      if (angle) unknown.step = 0.01;
+      if (name == "time") unknown.step = 2.0 * period;
+      if (name == "delay") unknown.step = std::max(0.5 * period, 0.05 * value);
+      if (name == "order" || name == "frequency") unknown.step = 1e-3;
+      if (name == "order") {  // of the catalogue; slower ones are springs
+        unknown.low = 2.0;
+        unknown.high = 30.0;
+      }
+      if (name == "frequency") {
+        unknown.low = 1.0 / longest;
+        unknown.high = std::numbers::pi / period;
+      }
+      if (name == "time") {
+        unknown.low = 0.0;
+        unknown.high = longest;
+      }
+      if (info.range.low_open) unknown.low += 1e-9;
+      unknown.prior_deviation = 0.0;  // by what it does
+      if (angle) unknown.prior_deviation = 2.0;
+      if (name == "time") unknown.prior_deviation = 0.3 * longest;
+      if (name == "frequency") unknown.prior_deviation = 20.0;
+      if (name == "position") {
+        const Survey s = survey(data, paths, effects[e].joint);
+        unknown.prior_deviation = 0.3 * (s.highest - s.lowest);
+      }
+      if (info.range.low > -kInfinity && info.range.high < kInfinity && name != "gain" && name != "angle" &&
+          name != "scale") {
+        unknown.prior_deviation = 0.3 * (info.range.high - info.range.low);
+      }
+      if (name == "gain" || name == "scale") unknown.prior_mean = 1.0;
+      unknowns.push_back(unknown);
+    });
+  }
+  return unknowns;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "diagnose/excitation.hpp"
+
+namespace bayesctrl {
+
+/// One number that a fit adjusts: a parameter of an effect or, with effect -1, a free parameter of the plant.
+struct Unknown {
+  int effect = -1;
+  std::string name;
+  double value = 0.0;
+  double low = -kInfinity, high = kInfinity;
+  double prior_mean = 0.0, prior_deviation = 1.0;
+  double step = 1e-3;  // of differences
+};
+
+/// Numbers of a plant that `free` may name, and access to one of them.
+std::vector<std::string> parameter_names(const Plant& plant);
+double parameter(const Plant& plant, std::string_view name);
+void set_parameter(Plant& plant, std::string_view name, double value);
+
+/// Parameters of an effect by name.
+double parameter(const EffectForm& form, std::string_view name);
+void set_parameter(EffectForm& form, std::string_view name, double value);
+
+/// What a fit adjusts: `free` parameters of the plant, then all of the effects, with their bounds, priors and steps.
+/// A prior deviation of 0 is one that follows from what the parameter does.
+std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>& effects,
+                                   const std::vector<std::string>& free, const std::vector<Measured>& data,
+                                   const std::vector<Trajectory>& paths);
+
+}  // namespace bayesctrl
