@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/format.hpp"
-#include "diagnose/discrepancy.hpp"
+#include "diagnose/decline.hpp"
 #include "diagnose/present.hpp"
 #include "diagnose/propose.hpp"
 #include "diagnose/read_recording.hpp"
@@ -185,39 +185,14 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     if (named_something) odds = discrepancy.beside(missing.columns, missing.target, options.penalty);
     const bool earned = named_something && odds.log_odds > kEarned;
     if (!earned || share > kMaterial) verdict = Verdict::unknown;
-    left = discrepancy.dependence(missing.target);
-    const Discrepancy about_best(about, data);
-    const Discrepancy::Dependence beside_best = about_best.dependence(best.residual);
     if (verdict == Verdict::unknown) {
-      // What other recordings are to be simulated with: what predicts each training recording from the others best.
-      double lowest = kInfinity;
-      const auto consider = [&](const Fit& model, const auto& remainder_without) {
-        double squares = 0.0, samples = 0.0;
-        for (std::size_t r = 0; r < data.size(); ++r) {
-          const FreeRuns runs = free_runs({model.plant, model.effects, remainder_without(static_cast<int>(r))},
-                                          {data[r]}, {smoothed[r]}, spec.horizon, false, explanation.max_step);
-          squares += runs.rms * runs.rms * runs.samples;
-          samples += runs.samples;
-        }
-        const double rms = std::sqrt(squares / samples);
-        if (rms < 0.98 * lowest) {
-          lowest = rms;
-          said_fit = model;
-          remainder = remainder_without(-1);
-        }
-      };
-      const auto none = [](int) { return Remainder{}; };
-      consider(empty, none);
-      for (const bool leading_only : {true, false}) {
-        consider(empty, [&](int out) { return discrepancy.remainder(missing.target, left, leading_only, out); });
-      }
-      if (named_something) {
-        consider(best, none);
-        consider(best, [&](int out) { return about_best.remainder(best.residual, beside_best, true, out); });
-      }
-      if (!said_fit.effects.empty()) left = beside_best;
+      const StandIn found = stand_in(explanation, discrepancy, missing.target, data, smoothed, spec.horizon);
+      said_fit = found.fit;
+      remainder = found.remainder;
+      left = found.remaining;
     } else {
-      left = beside_best;
+      const Discrepancy about_best(about, data);
+      left = about_best.dependence(best.residual);
       remainder = about_best.remainder(best.residual, left, false);
     }
   }

@@ -4,17 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/free_runs.hpp"
+
 namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 36;             // along each input
-constexpr int kStateBumps = 7;         // along each side of the grid over position and velocity
-constexpr double kTimeStep = 0.2;      // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;      // s between bumps in the time of one recording
-constexpr std::size_t kShapes = 8;     // of each effect that is weighed against a discrepancy
-constexpr std::size_t kKinds = 3;      // of discrepancy that effects are weighed against
-constexpr double kHistoryGain = 0.03;  // of the squares, that the past must explain beyond the present
+constexpr int kBumps = 36;            // along each input
+constexpr int kStateBumps = 7;        // along each side of the grid over position and velocity
+constexpr double kTimeStep = 0.1;     // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;     // s between bumps in the time of one recording
+constexpr std::size_t kShapes = 8;    // of each effect that is weighed against a discrepancy
+constexpr std::size_t kKinds = 3;     // of discrepancy that effects are weighed against
+constexpr double kHistoryGain = 5.0;  // squares for each of its terms, that the past must explain beyond the present
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 
 void add_bumps(std::vector<Term>& list, TermKind kind, int joint, double low, double high, int count,
@@ -24,6 +26,15 @@ void add_bumps(std::vector<Term>& list, TermKind kind, int joint, double low, do
 }
 
 }  // namespace
+
+std::vector<int> folds_of(const std::vector<Segment>& windows) {
+  std::vector<int> folds;
+  for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
+    if (windows[w].recording != windows[first].recording) first = w;
+    folds.push_back(static_cast<int>((w - first + windows[w].recording) % kFolds));
+  }
+  return folds;
+}
 
 Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>& data) : about_(about) {
   const Excitation& excitation = *about.excitation;
@@ -148,21 +159,23 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
   for (const Group& group : groups_) joints = std::max(joints, group.joint + 1);
   for (int j = 0; j < joints; ++j) {
     std::array<double, 5> alone{};
-    double whole = 0.0;
+    double whole = 0.0, terms = 0.0;
     for (const Group& group : groups_) {
       if (group.joint != j) continue;
       const Ridge fit = ridge(group.columns, target);
       const double part = std::clamp(fit.explained / beyond, 0.0, 1.0);
       whole = std::max(whole, part);
       if (!group.state) alone[static_cast<std::size_t>(group.cause)] = part;
+      if (group.cause == Cause::history) terms = static_cast<double>(group.terms.size());
     }
     if (whole <= most) continue;
     most = whole;
     best.joint = j;
-    // The past can imitate the present: unless it leaves less than half, it counts for what it explains beyond.
+    // The past can imitate the present: unless it leaves less than half, and by more than its many terms could do, it
+    // counts for what it explains beyond.
     double present = 0.0;
     for (std::size_t i = 0; i < 4; ++i) present = std::max(present, alone[i]);
-    const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && alone[4] - present > kHistoryGain;
+    const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && (alone[4] - present) * beyond > kHistoryGain * terms;
     if (!needed) alone[4] = std::max(0.0, alone[4] - present);
     // What explains all but a little is much more likely the cause than what explains half.
     double sum = 0.0;
@@ -180,13 +193,13 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
   const auto lead = static_cast<Cause>(std::max_element(on.shares.begin(), on.shares.end()) - on.shares.begin());
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(target.size());
   const LinearResponse& response = *about_.response;
-  for (std::size_t w = 0; w < response.windows().size(); ++w) {
-    if (static_cast<int>(response.windows()[w].recording) != left_out) continue;
+  const std::vector<int> folds = folds_of(response.windows());
+  for (std::size_t w = 0; w < folds.size(); ++w) {
+    if (folds[w] != left_out) continue;
     weight.segment(response.first_row(w), response.row_count(w)).setZero();
   }
   const Eigen::VectorXd y = target.cwiseProduct(weight);
   std::vector<const Group*> used;
-  std::vector<double> scales;
   Eigen::Index count = 0;
   for (const Group& group : groups_) {
     if (group.joint != on.joint) continue;
@@ -196,27 +209,31 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
   }
   Eigen::MatrixXd columns(target.size(), count);
   count = 0;
+  std::vector<Term> terms;
   for (const Group* group : used) {
-    const Eigen::MatrixXd seen = weight.asDiagonal() * group->columns;
+    Eigen::MatrixXd seen(target.size(), static_cast<Eigen::Index>(group->terms.size()));
+    Eigen::Index kept = 0;
+    for (std::size_t i = 0; i < group->terms.size(); ++i) {  // what acts in one recording says nothing about another
+      if (group->terms[i].recording >= 0) continue;
+      terms.push_back(group->terms[i]);
+      seen.col(kept++) = weight.cwiseProduct(group->columns.col(static_cast<Eigen::Index>(i)));
+    }
+    seen.conservativeResize(Eigen::NoChange, kept);
     const double scale = ridge(seen, y).scale;
-    scales.push_back(scale);
-    columns.middleCols(count, group->columns.cols()) = scale * seen;
-    count += group->columns.cols();
+    for (std::size_t i = terms.size() - static_cast<std::size_t>(kept); i < terms.size(); ++i) terms[i].weight *= scale;
+    columns.middleCols(count, kept) = scale * seen;
+    count += kept;
   }
+  columns.conservativeResize(Eigen::NoChange, count);
   const Eigen::VectorXd weights = ridge(columns, y).weights;
   Remainder result;
   for (int j = 0; j < joints(about_.excitation->plant()); ++j) {
     const Survey s = survey(about_.excitation->data(), about_.paths, j);
     result.regions.push_back({s.lowest, s.highest, s.speed, s.input, 1e300});
   }
-  count = 0;
-  for (std::size_t g = 0; g < used.size(); ++g) {
-    for (std::size_t i = 0; i < used[g]->terms.size(); ++i, ++count) {
-      Term term = used[g]->terms[i];
-      if (term.recording >= 0) continue;  // of one recording: nothing for another
-      term.weight *= scales[g] * weights[count];
-      if (term.weight != 0.0) result.terms.push_back(term);
-    }
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    terms[i].weight *= weights[static_cast<Eigen::Index>(i)];
+    if (terms[i].weight != 0.0) result.terms.push_back(terms[i]);
   }
   std::vector<double> largest(result.regions.size(), 0.0);
   for (std::size_t r = 0; r < about_.paths.size(); ++r) {
@@ -226,11 +243,7 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
     for (std::size_t k = 0; k < m.samples(); ++k) {
       const auto row = static_cast<Eigen::Index>(k);
       const JointVector q = path.position.row(row), v = path.velocity.row(row), u = m.input.row(row);
-      if (k == 0) {
-        memory = result.begin(q, v, u);
-      } else {
-        result.advance(memory, q, v, u, m.time[k] - m.time[k - 1]);
-      }
+      memory = remember(result, m, path, k == 0 ? 0 : k - 1, k, std::move(memory));
       const JointVector torque = result.torque(memory, q, v, u, m.time[k]);
       for (std::size_t j = 0; j < largest.size(); ++j) {
         largest[j] = std::max(largest[j], std::abs(torque[static_cast<Eigen::Index>(j)]));

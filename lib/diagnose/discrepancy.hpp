@@ -7,6 +7,10 @@
 
 namespace bayesctrl {
 
+/// Windows are left out in turn: neighbours, and the same time in different recordings, belong to different folds.
+inline constexpr int kFolds = 3;
+std::vector<int> folds_of(const std::vector<Segment>& windows);
+
 /// Shares of a missing torque that each cause explains alone; they sum to 1 (or are all 0).
 using Shares = std::array<double, 5>;
 
@@ -25,7 +29,7 @@ class Discrepancy {
   Dependence dependence(const Eigen::VectorXd& target) const;
 
   /// The torque in one joint that explains `target` best: of all causes (time only if it leads, for its terms mean
-  /// little elsewhere) or of the leading one alone; without the recording `left_out` if that is not -1.
+  /// little elsewhere) or of the leading one alone; without the windows of the fold `left_out` if that is not -1.
   Remainder remainder(const Eigen::VectorXd& target, const Dependence& on, bool leading_only, int left_out = -1) const;
 
   /// Log evidence of the best set of effects beside a discrepancy less that of the discrepancy alone, each with the

@@ -9,7 +9,8 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr std::size_t kPoints = 3;     // in each step, in the midst of its parts
+constexpr double kPartOfStep = 4e-3;  // s: steps are looked at in the midst of parts of about this length,
+constexpr double kMostParts = 3.0;
 constexpr double kLongestStep = 0.01;  // s, of hidden states
 
 /// Expected sign of a velocity that is known up to `sd`.
@@ -21,18 +22,21 @@ double soft_sign(double v, double sd) {
 
 Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
     : plant_(plant), data_(data), paths_(paths), joints_(joints(plant)) {
+  double period = kInfinity;
+  for (const Measured& m : data_) period = std::min(period, sample_period(m.time));
+  parts_ = static_cast<std::size_t>(std::clamp(std::round(period / kPartOfStep), 1.0, kMostParts));
   for (std::size_t r = 0; r < data_.size(); ++r) {
     const Measured& m = data_[r];
     const Trajectory& path = paths_[r];
     std::vector<Point>& list = points_.emplace_back();
-    list.reserve(m.samples() * kPoints);
+    list.reserve(m.samples() * parts_);
     for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
       const auto row = static_cast<Eigen::Index>(k);
       const double h = m.time[k + 1] - m.time[k];
       const JointVector q0 = path.position.row(row), q1 = path.position.row(row + 1);
       const JointVector v0 = path.velocity.row(row), v1 = path.velocity.row(row + 1);
-      for (std::size_t i = 0; i < kPoints; ++i) {
-        const double s = (static_cast<double>(i) + 0.5) / kPoints;
+      for (std::size_t i = 0; i < parts_; ++i) {
+        const double s = (static_cast<double>(i) + 0.5) / static_cast<double>(parts_);
         Point p;
         p.time = m.time[k] + s * h;
         p.q = (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s) * q0 + s * s * (3.0 - 2.0 * s) * q1 +
@@ -76,8 +80,8 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
       [&]<class E>(const E& form) {
         const auto add = [&](auto&& torque_at) {  // torque in this joint alone
           for (std::size_t i = 0; i < points.size(); ++i) {
-            result.row(static_cast<Eigen::Index>(i / kPoints)) +=
-                (torque_at(points[i]) / kPoints) * points[i].mobility.col(j).transpose();
+            result.row(static_cast<Eigen::Index>(i / parts_)) +=
+                (torque_at(points[i]) / static_cast<double>(parts_)) * points[i].mobility.col(j).transpose();
           }
         };
         const auto seen = [&](const Point& p) {
@@ -92,7 +96,7 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
         } else if constexpr (HiddenStateEffect<E>) {
           double z = 0.0;
           add([&](const Point& p) {
-            const double h = std::min(kLongestStep, (m.time.back() - m.time.front()) / double(steps) / kPoints);
+            const double h = std::min(kLongestStep, (m.time.back() - m.time.front()) / double(steps * parts_));
             const double settling = form.settling_rate(p.v[j]);
             // Towards where z' = 0, exactly for a constant velocity.
             const double push = form.rate(p.v[j], 0.0);
@@ -107,7 +111,8 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
           for (std::size_t i = 0; i < points.size(); ++i) {
             const Point& p = points[i];
             const JointVector torque = external_torque(plant_, p.q + tilt) - p.external;
-            result.row(static_cast<Eigen::Index>(i / kPoints)) += (p.mobility * torque).transpose() / kPoints;
+            result.row(static_cast<Eigen::Index>(i / parts_)) +=
+                (p.mobility * torque).transpose() / static_cast<double>(parts_);
           }
         } else if constexpr (!SensorEffect<E>) {  // on the input side
           const Drive drive(m.time, std::vector<double>(m.input.col(j).begin(), m.input.col(j).end()), {{form, j, -1}},
@@ -123,7 +128,7 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
               while (segment + 1 < switches.size() && switches[segment + 1] <= t) ++segment;
               mean += drive.at(segment, t) / kFine;
             }
-            const Point& p = points[k * kPoints + kPoints / 2];
+            const Point& p = points[k * parts_ + parts_ / 2];
             JointVector changed = p.u;
             changed[j] = mean;
             const JointVector difference = std::holds_alternative<Custom>(plant_)
@@ -161,7 +166,7 @@ Eigen::MatrixXd Excitation::acceleration(const Plant& other, std::size_t recordi
     const Point& p = points[i];
     const JointVector difference =
         motion(other, p.q, p.v, p.u, p.time).acceleration - motion(plant_, p.q, p.v, p.u, p.time).acceleration;
-    result.row(static_cast<Eigen::Index>(i / kPoints)) += difference.transpose() / kPoints;
+    result.row(static_cast<Eigen::Index>(i / parts_)) += difference.transpose() / static_cast<double>(parts_);
   }
   return result;
 }
@@ -169,8 +174,8 @@ Eigen::MatrixXd Excitation::acceleration(const Plant& other, std::size_t recordi
 Eigen::MatrixXd Excitation::acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const {
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
-  for (std::size_t i = kPoints / 2; i < points.size(); i += kPoints) {
-    const auto k = static_cast<Eigen::Index>(i / kPoints);
+  for (std::size_t i = parts_ / 2; i < points.size(); i += parts_) {
+    const auto k = static_cast<Eigen::Index>(i / parts_);
     result.row(k) = torque[k] * points[i].mobility.col(joint).transpose();
   }
   return result;

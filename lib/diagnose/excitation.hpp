@@ -44,7 +44,8 @@ class Excitation {
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& paths_;
   int joints_;
-  std::vector<std::vector<Point>> points_;  // per recording, kPoints per step
+  std::size_t parts_ = 1;                   // of a step
+  std::vector<std::vector<Point>> points_;  // per recording, parts_ per step
   double nominal_acceleration_ = 0.0;
 };
 

@@ -12,26 +12,25 @@ namespace {
 constexpr int kRounds = 6;
 constexpr double kStepOfRemainder = 2e-3;  // s: its terms can be steep
 
-/// Memory of the remainder at each window's first sample.
-Remainder::Memory memory_at(const Remainder& remainder, const Measured& data, const Trajectory& path,
-                            std::size_t first) {
-  Remainder::Memory memory;
-  for (std::size_t k = 0; k <= first && !remainder.empty(); ++k) {
+}  // namespace
+
+Remainder::Memory remember(const Remainder& remainder, const Measured& data, const Trajectory& path, std::size_t from,
+                           std::size_t to, Remainder::Memory memory) {
+  if (memory.empty()) {
+    memory = remainder.begin(path.position.row(0), path.velocity.row(0), data.input.row(0));
+  }
+  for (std::size_t k = from; k < to; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
-    const JointVector q = path.position.row(row), v = path.velocity.row(row), u = data.input.row(row);
-    if (k == 0) {
-      memory = remainder.begin(q, v, u);
-    } else {
-      remainder.advance(memory, q, v, u, data.time[k] - data.time[k - 1]);
-    }
+    remainder.advance(memory, 0.5 * (path.position.row(row) + path.position.row(row + 1)),
+                      0.5 * (path.velocity.row(row) + path.velocity.row(row + 1)), input_at(data, k, 0.5),
+                      data.time[k + 1] - data.time[k]);
   }
   return memory;
 }
 
-}  // namespace
-
 FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
-                   double horizon, bool new_recordings, double max_step) {
+                   double horizon, bool new_recordings, double max_step,
+                   const std::function<bool(const Segment&)>& wanted) {
   if (!model.remainder.empty()) max_step = std::min(max_step, kStepOfRemainder);
   FreeRuns result;
   const int n = joints(model.plant);
@@ -52,11 +51,21 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     result.velocity.push_back(result.simulated.back());
   }
   double squares = 0.0;
+  std::size_t reached = 0;  // by the memory, in the present recording
+  Remainder::Memory memory;
   for (const Segment& window : windows(data, horizon)) {
+    if (wanted && !wanted(window)) continue;
     const std::size_t r = window.recording;
     const auto first = static_cast<Eigen::Index>(window.first), size = static_cast<Eigen::Index>(window.samples());
     const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
-    const Remainder::Memory memory = memory_at(model.remainder, data[r], paths[r], window.first);
+    if (!model.remainder.empty()) {
+      if (window.first <= reached) {  // a new recording
+        memory.clear();
+        reached = 0;
+      }
+      memory = remember(model.remainder, data[r], paths[r], reached, window.first, std::move(memory));
+      reached = window.first;
+    }
     const auto run = [&](const WindowStart& x, Eigen::MatrixXd* states) {
       const JointVector z = x.size() > 2 * n ? JointVector(x.tail(n)) : JointVector(hidden[r].row(first));
       return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step, z, states,

@@ -363,6 +363,21 @@ void Machine::advance_to(State& state, Moment& moment, double goal, double max_s
   }
 }
 
+/// The same; the remainder then remembers what has happened in between.
+void Machine::advance_and_remember(State& state, Moment& moment, double goal, double max_step) const {
+  if (remainder_.empty()) return advance_to(state, moment, goal, max_step);
+  JointVector input(joints_);
+  for (int j = 0; j < joints_; ++j) {
+    const auto slot = static_cast<std::size_t>(j);
+    input[j] = (*moment.drives)[slot].at(moment.segment[slot], moment.t);
+  }
+  if (moment.memory.empty()) moment.memory = remainder_.begin(state.q, state.v, input);
+  const double since = moment.t;
+  const State before = state;
+  advance_to(state, moment, goal, max_step);
+  remainder_.advance(moment.memory, 0.5 * (before.q + state.q), 0.5 * (before.v + state.v), input, goal - since);
+}
+
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
                              const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step,
                              const JointVector& hidden, Eigen::MatrixXd* states,
@@ -388,16 +403,7 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
       throw NumericalError("the model diverges at t = " + format(moment.t, 6) + " s");
     }
     if (k == last) return shown;
-    if (!remainder_.empty()) {
-      JointVector input(joints_);
-      for (int j = 0; j < joints_; ++j) {
-        const auto slot = static_cast<std::size_t>(j);
-        input[j] = drives[slot].at(moment.segment[slot], moment.t);
-      }
-      if (moment.memory.empty()) moment.memory = remainder_.begin(state.q, state.v, input);
-      if (k > first) remainder_.advance(moment.memory, state.q, state.v, input, time[k] - time[k - 1]);
-    }
-    advance_to(state, moment, time[k + 1], max_step);
+    advance_and_remember(state, moment, time[k + 1], max_step);
   }
 }
 
@@ -432,7 +438,6 @@ struct Simulation::Now {
   Machine::State state;
   Machine::Moment moment;
   std::vector<Drive> drives;
-  bool started = false;
 };
 
 Simulation::Simulation(const Machine& machine, const StateVector& start, double time, double max_step)
@@ -450,19 +455,10 @@ void Simulation::hold(const JointVector& input) {
   for (std::size_t j = 0; j < now_->drives.size(); ++j) {
     now_->drives[j].append(now_->moment.t, input[static_cast<Eigen::Index>(j)]);
   }
-  const Remainder& remainder = machine_.remainder();
-  if (remainder.empty()) return;
-  if (!now_->started) {
-    now_->moment.memory = remainder.begin(now_->state.q, now_->state.v, input);
-  } else {
-    remainder.advance(now_->moment.memory, now_->state.q, now_->state.v, input, now_->moment.t - last_);
-  }
-  now_->started = true;
-  last_ = now_->moment.t;
 }
 
 void Simulation::advance(double time) {
-  machine_.advance_to(now_->state, now_->moment, time, max_step_);
+  machine_.advance_and_remember(now_->state, now_->moment, time, max_step_);
   if (!now_->state.q.allFinite() || !now_->state.v.allFinite()) {
     throw NumericalError("the model diverges at t = " + format(now_->moment.t, 6) + " s");
   }

@@ -63,6 +63,7 @@ class Machine {
   void settle(State& state, Moment& moment) const;
   void advance(State& state, Moment& moment, double end, double max_step) const;
   void advance_to(State& state, Moment& moment, double goal, double max_step) const;
+  void advance_and_remember(State& state, Moment& moment, double goal, double max_step) const;
 
   Plant plant_;
   std::vector<Effect> effects_;
@@ -95,7 +96,6 @@ class Simulation {
   struct Now;
   const Machine& machine_;
   double max_step_;
-  double last_ = 0.0;
   std::unique_ptr<Now> now_;
 };
 

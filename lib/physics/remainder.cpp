@@ -133,9 +133,7 @@ JointVector Remainder::torque(const Memory& memory, const JointVector& q, const 
     at[row] = std::clamp(q[row], region.lowest, region.highest);
     speed[row] = std::clamp(v[row], -region.speed, region.speed);
     input[row] = std::clamp(u[row], -region.input, region.input);
-    fade[row] = bump(q[row], at[row], 0.1 * (region.highest - region.lowest)) *
-                bump(v[row], speed[row], 0.1 * region.speed) *
-                (region.input > 0.0 ? bump(u[row], input[row], 0.5 * region.input) : 1.0);
+    fade[row] = bump(q[row], at[row], 0.1 * (region.highest - region.lowest));
   }
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const Term& term = terms[i];

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "diagnose/discrepancy.hpp"
+
+namespace bayesctrl {
+
+/// What stands in for physics that no catalogue has: a model with a remainder that predicts recordings best.
+struct StandIn {
+  Fit fit;                            // nominal, or with the effects of the best explanation
+  Remainder remainder;                // beside it; may be empty
+  Discrepancy::Dependence remaining;  // what that which `fit` leaves depends on
+};
+
+/// Of the nominal and the best explanation, each with and without a remainder, what predicts blocks of the training
+/// recordings best that were left out when it was learnt. `target`: rows of `explanation.measured` that are to be
+/// explained; `motion`: smoothed recordings.
+StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Eigen::VectorXd& target,
+                 const std::vector<Measured>& data, const std::vector<Trajectory>& motion, double horizon);
+
+}  // namespace bayesctrl
