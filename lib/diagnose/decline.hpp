@@ -17,4 +17,8 @@ struct StandIn {
 StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Eigen::VectorXd& target,
                  const std::vector<Measured>& data, const std::vector<Trajectory>& motion, double horizon);
 
+/// The same beside the best explanation alone: its remainder, empty where it predicts nothing.
+StandIn beside_best(const Explanation& explanation, const std::vector<Measured>& data,
+                    const std::vector<Trajectory>& motion, double horizon);
+
 }  // namespace bayesctrl

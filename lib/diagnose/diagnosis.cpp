@@ -151,7 +151,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const ExplainOptions options{spec.effects, spec.free, kWindow * kFastestMode / fastest, fastest};
   const std::vector<Measured> data = decimated(all_data, kSamplesPerPeriod * fastest);
   Explanation explanation = explain(nominal, data, options);
-  prefer_simple(explanation, data, spec.horizon, kMaterial);
+  prefer_simple(explanation, data, spec.horizon);
   const Fit& best = explanation.best().fit;
   const Fit& empty = explanation.without_effects().fit;
   const Linearisation& about = *explanation.linearisation;
@@ -185,16 +185,12 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     if (named_something) odds = discrepancy.beside(missing.columns, missing.target, options.penalty);
     const bool earned = named_something && odds.log_odds > kEarned;
     if (!earned || share > kMaterial) verdict = Verdict::unknown;
-    if (verdict == Verdict::unknown) {
-      const StandIn found = stand_in(explanation, discrepancy, missing.target, data, smoothed, spec.horizon);
-      said_fit = found.fit;
-      remainder = found.remainder;
-      left = found.remaining;
-    } else {
-      const Discrepancy about_best(about, data);
-      left = about_best.dependence(best.residual);
-      remainder = about_best.remainder(best.residual, left, false);
-    }
+    const StandIn found = verdict == Verdict::unknown
+                              ? stand_in(explanation, discrepancy, missing.target, data, smoothed, spec.horizon)
+                              : beside_best(explanation, data, smoothed, spec.horizon);
+    said_fit = found.fit;
+    remainder = found.remainder;
+    left = found.remaining;
   }
   if (verdict == Verdict::named && alike.probability < kConfident) verdict = Verdict::ambiguous;
   const Corrected corrected{said_fit.plant, said_fit.effects, {}};

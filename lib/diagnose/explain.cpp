@@ -227,6 +227,18 @@ class Fits {
     }
   }
 
+  /// Every set once more with simpler laws in the place of richer ones.
+  void add_simpler() {
+    std::vector<std::vector<Effect>> list;
+    for (const Fit* fit : ranked()) {
+      for (std::size_t e = 0; e < fit->effects.size(); ++e) {
+        std::vector<Effect> simpler = fit->effects;
+        if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
+      }
+    }
+    for (std::vector<Effect>& set : list) add(std::move(set));
+  }
+
   std::vector<const Fit*> ranked() const {
     std::vector<const Fit*> list;
     for (const auto& [name, fit] : fits_) list.push_back(&fit);
@@ -456,6 +468,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
           ++more;
         }
       }
+      fits.add_simpler();
     }
 
     fits.refine();

@@ -10,7 +10,9 @@ namespace bayesctrl {
 namespace {
 
 constexpr double kInseparable = 3.0;   // nats
-constexpr double kFarFromNoise = 3.0;  // noise, RMS, left by the best explanation
+constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
+constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
+constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
 
 }  // namespace
 
@@ -88,35 +90,26 @@ double error_beyond_noise(const Fit& fit, const Explanation& explanation, const 
   return std::sqrt(std::max(0.0, rms * rms - explanation.noise.squaredNorm() / double(explanation.noise.size())));
 }
 
-void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon, double material) {
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon) {
   if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
   const std::vector<Trajectory>& paths = explanation.measured->paths;
   const auto beyond_noise = [&](const Fit& f) { return error_beyond_noise(f, explanation, data, paths, horizon); };
-  const double whole = beyond_noise(explanation.without_effects().fit);
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) order.push_back(i);
-  const auto size = [&](std::size_t i) {
+  std::size_t chosen = 0;
+  double lowest = kInfinity;
+  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) {
     const Fit& f = explanation.candidates[i].fit;
-    return std::pair(f.effects.size(), f.unknowns.size());
-  };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) < size(b); });
-  for (const std::size_t i : order) {
-    if (explanation.candidates[i].fit.effects.empty()) continue;
-    if (beyond_noise(explanation.candidates[i].fit) > material * whole) continue;
-    // Of sets of the same size the better one.
-    std::size_t chosen = i;
-    for (const std::size_t k : order) {
-      if (size(k) == size(i) &&
-          explanation.candidates[k].fit.log_evidence > explanation.candidates[chosen].fit.log_evidence)
-        chosen = k;
-    }
-    Candidate simple = explanation.candidates[chosen];
-    explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
-    for (Candidate& other : explanation.candidates) other.probability = 0.0;
-    simple.probability = 1.0;
-    explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
-    return;
+    const double cost = std::log(std::max(beyond_noise(f), 1e-300)) +
+                        kPerEffect * static_cast<double>(f.effects.size()) +
+                        kPerNumber * static_cast<double>(f.unknowns.size());
+    if (f.effects.empty() || cost >= lowest) continue;
+    lowest = cost;
+    chosen = i;
   }
+  Candidate simple = explanation.candidates[chosen];
+  explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
+  for (Candidate& other : explanation.candidates) other.probability = 0.0;
+  simple.probability = 1.0;
+  explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
 }
 
 }  // namespace bayesctrl

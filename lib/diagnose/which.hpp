@@ -20,8 +20,8 @@ std::size_t strongest(const Explanation& explanation);
 double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
                           const std::vector<Trajectory>& paths, double horizon);
 
-/// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Of those that
-/// leave less than `material` of the nominal's error, the one with the fewest effects and numbers then comes first.
-void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon, double material);
+/// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Then the one
+/// comes first whose free runs are best for its size: every number has to take away a fifth of the error.
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon);
 
 }  // namespace bayesctrl
