@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
-#include <map>
-#include <set>
 
 #include "base/error.hpp"
+#include "diagnose/fits.hpp"
 
 namespace bayesctrl {
 
@@ -23,13 +22,7 @@ constexpr std::size_t kKept = 5;       // best sets that are fitted again about 
 constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
 constexpr int kAdditions = 3;          // to each of them
 constexpr int kAdjustments = 6;        // linear steps of free parameters
-constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
-constexpr double kSecondLaw = 0.3;     // of the level of a first law of dry friction, where a second one starts
 constexpr int kRounds = 3;             // of linearisation
-constexpr double kClose = 20.0;        // nats behind the best, within which fits are brought to their true optima,
-constexpr std::size_t kFinalists = 6;  // this many of them,
-constexpr double kNested = 200.0;      // and subsets of the best within this many nats
-constexpr double kConvergence = 0.5;   // nats that a new start must gain
 
 std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
                                          const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
@@ -81,244 +74,6 @@ Plant adjusted(Plant plant, const std::vector<Measured>& data, const std::vector
   return plant;
 }
 
-/// Puts the simpler law of which a law is an extension in its place.
-bool simplify(EffectForm& form) {
-  std::optional<EffectForm> simpler;
-  std::visit(
-      [&](const auto& held) {
-        if constexpr (requires { held.simpler(); }) simpler = held.simpler();
-      },
-      form);
-  if (simpler) form = *simpler;
-  return simpler.has_value();
-}
-
-/// Laws of one kind that reduce to a simpler one, from that one on.
-std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
-  std::vector<EffectForm> list;
-  std::visit(
-      [&]<class E>(const E&) {
-        if constexpr (requires(const E& e) { e.simpler(); }) {
-          for (const E& form : E::extending(std::get<decltype(E{}.simpler())>(simpler))) list.emplace_back(form);
-        }
-      },
-      wanted);
-  return list;
-}
-
-/// A set that takes over the parameters of another where both hold the same effect.
-std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted) {
-  for (Effect& effect : wanted) {
-    for (const Effect& other : known) {
-      if (other.form.index() == effect.form.index() && other.joint == effect.joint &&
-          other.recording == effect.recording) {
-        effect = other;
-      }
-    }
-  }
-  return wanted;
-}
-
-/// Sets in which dry friction has another law, or a second one: along a known motion these laws look so much alike that
-/// the screen cannot tell them apart.
-std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
-  std::vector<std::vector<Effect>> list;
-  for (std::size_t e = 0; e < set.size(); ++e) {
-    std::vector<Effect> plain = set;
-    while (simplify(plain[e].form)) {
-    }
-    const auto* coulomb = std::get_if<CoulombFriction>(&plain[e].form);
-    if (coulomb == nullptr) continue;
-    const CoulombFriction second{kSecondLaw * coulomb->level};
-    std::vector<EffectForm> others{*coulomb}, more{second};
-    for (const auto& [law, laws] : {std::pair{*coulomb, &others}, {second, &more}}) {
-      laws->push_back(StribeckFriction::extending(law)[1]);
-      laws->push_back(PreslidingHysteresis::extending(law)[1]);
-    }
-    for (const EffectForm& form : others) {
-      std::vector<Effect> swapped = set;
-      swapped[e].form = form;
-      if (form.index() != set[e].form.index()) list.push_back(std::move(swapped));
-    }
-    for (const EffectForm& form : more) {
-      std::vector<Effect> larger = set;
-      larger.push_back({form, set[e].joint, -1});
-      if (form.index() != set[e].form.index() && larger.size() <= 3) list.push_back(std::move(larger));
-    }
-  }
-  return list;
-}
-
-/// Fits by the set that they are of, about the present motion.
-class Fits {
- public:
-  Fits(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options)
-      : nominal_(nominal), data_(data), options_(options) {}
-
-  double about(std::shared_ptr<Linearisation> linearisation) {
-    about_ = std::move(linearisation);
-    if (max_step_ == 0.0) {
-      max_step_ = adequate_step({nominal_, {}, data_, *about_->response, *about_->excitation});
-    }
-    tried_.clear();
-    for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
-    fits_.clear();
-    return max_step_;
-  }
-
-  const Fit* add(std::vector<Effect> effects) {
-    const std::string name = key(effects);
-    if (!tried_.insert(name).second) return find(name);
-    if (redundant(effects)) return nullptr;
-    // What was found about another motion is the better start.
-    if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
-    try {
-      fits_.insert_or_assign(name, fit(problem(), std::move(effects)));
-    } catch (const NumericalError&) {
-      return nullptr;
-    }
-    return find(name);
-  }
-
-  bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
-
-  /// All subsets of the best candidates, and those in which a law gives way to a simpler one.
-  void add_subsets() {
-    for (bool grew = true; grew;) {
-      grew = false;
-      const std::vector<const Fit*> best = ranked();
-      for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
-        const std::vector<Effect> effects = best[i]->effects;
-        for (std::size_t drop = 0; drop < effects.size(); ++drop) {
-          std::vector<Effect> fewer = effects, simpler = effects;
-          fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
-          const bool has_simpler = simplify(simpler[drop].form);
-          for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
-            if (!exists || tried(set)) continue;
-            add(set);
-            grew = true;
-          }
-        }
-      }
-    }
-  }
-
-  /// Brings the finalists to their true optima, with slopes from the machine itself: laws that contain one another are
-  /// compared by the last few nats. Where one stops short of what another that it contains has found, it starts anew
-  /// from there.
-  void refine() {
-    std::set<std::pair<std::string, std::string>> asked;
-    for (bool again = true; again;) {
-      again = false;
-      const std::vector<Fit> list = finalists();
-      for (std::size_t i = 0; i < list.size() && !again; ++i) {
-        if (list[i].refined) continue;
-        fits_.insert_or_assign(key(list[i].effects), refined(problem(), list[i]));
-        again = true;
-      }
-      for (std::size_t i = 0; i < list.size() && !again; ++i) {
-        for (std::size_t k = 0; k < list.size() && !again; ++k) {
-          if (list[k].squares >= list[i].squares) continue;
-          const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
-          if (starts.empty() || !asked.emplace(key(list[i].effects), key(list[k].effects)).second) continue;
-          for (const std::vector<Effect>& start : starts) again |= improve(list[i], start);
-        }
-      }
-    }
-  }
-
-  /// Every set once more with simpler laws in the place of richer ones.
-  void add_simpler() {
-    std::vector<std::vector<Effect>> list;
-    for (const Fit* fit : ranked()) {
-      for (std::size_t e = 0; e < fit->effects.size(); ++e) {
-        std::vector<Effect> simpler = fit->effects;
-        if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
-      }
-    }
-    for (std::vector<Effect>& set : list) add(std::move(set));
-  }
-
-  std::vector<const Fit*> ranked() const {
-    std::vector<const Fit*> list;
-    for (const auto& [name, fit] : fits_) list.push_back(&fit);
-    std::sort(list.begin(), list.end(), [](const Fit* a, const Fit* b) { return a->log_evidence > b->log_evidence; });
-    return list;
-  }
-
- private:
-  FitProblem problem() const {
-    return {nominal_, options_.free, data_, *about_->response, *about_->excitation, options_.penalty, max_step_};
-  }
-
-  /// Those that are nearly as good as the best, and its own subsets.
-  std::vector<Fit> finalists() const {
-    std::vector<Fit> list;
-    const std::vector<const Fit*> best = ranked();
-    const std::vector<Effect>& set = best.front()->effects;
-    std::set<std::string> subsets;
-    for (std::size_t drop = 0; drop < set.size(); ++drop) {
-      std::vector<Effect> fewer = set;
-      fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
-      subsets.insert(key(fewer));
-    }
-    for (const Fit* fit : best) {
-      const double behind = best.front()->log_evidence - fit->log_evidence;
-      const bool close = behind < kClose && list.size() < kFinalists;
-      if (close || (behind < kNested && subsets.contains(key(fit->effects)))) list.push_back(*fit);
-    }
-    return list;
-  }
-
-  /// Parameters for one set from those of another: a larger one, or one with a simpler law.
-  static std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted,
-                                                      const std::vector<Effect>& other) {
-    for (std::size_t drop = 0; drop < other.size(); ++drop) {
-      std::vector<Effect> fewer = other;
-      fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
-      if (key(fewer) == key(wanted)) return {fewer};
-    }
-    std::vector<std::vector<Effect>> starts;
-    for (std::size_t e = 0; e < wanted.size(); ++e) {
-      std::vector<Effect> simpler = wanted;
-      if (!simplify(simpler[e].form) || key(simpler) != key(other)) continue;
-      const std::string name = key({simpler[e]});
-      const auto law = std::find_if(other.begin(), other.end(), [&](const Effect& o) { return key({o}) == name; });
-      for (const EffectForm& form : extensions(wanted[e].form, law->form)) {
-        std::vector<Effect> start = other;
-        start[static_cast<std::size_t>(law - other.begin())].form = form;
-        starts.push_back(std::move(start));
-      }
-    }
-    return starts;
-  }
-
-  /// Fits a set once more from other parameters; true if that is better.
-  bool improve(const Fit& old, const std::vector<Effect>& start) {
-    try {
-      Fit tried = refined(problem(), fit(problem(), start));
-      if (tried.log_evidence < old.log_evidence + kConvergence) return false;
-      fits_.insert_or_assign(key(start), std::move(tried));
-      return true;
-    } catch (const NumericalError&) {
-      return false;
-    }
-  }
-
-  const Fit* find(const std::string& name) const {
-    const auto at = fits_.find(name);
-    return at == fits_.end() ? nullptr : &at->second;
-  }
-
-  const Plant& nominal_;
-  const std::vector<Measured>& data_;
-  const ExplainOptions& options_;
-  std::shared_ptr<Linearisation> about_;
-  double max_step_ = 0.0;  // of the integration, once it is known
-  std::map<std::string, Fit> fits_, stale_;
-  std::set<std::string> tried_;
-};
-
 double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {
   double samples = 0.0;
   for (const Segment& window : windows) samples += static_cast<double>(window.samples()) * joints;
@@ -338,22 +93,6 @@ Cleared without_free(const Linearisation& about, const Plant& plant, const std::
   result.columns -= (q * (q.transpose() * result.columns)).eval();
   result.target -= (q * (q.transpose() * result.target)).eval();
   return result;
-}
-
-std::string label(const Effect& effect, int joints) {
-  std::string text(name_of(effect.form));
-  return joints == 1 ? text : text + "@" + std::to_string(effect.joint + 1);
-}
-
-std::string key(const std::vector<Effect>& effects) {
-  std::vector<std::string> names;
-  for (const Effect& effect : effects) {
-    names.push_back(label(effect, 2) + (effect.recording >= 0 ? "#" + std::to_string(effect.recording) : ""));
-  }
-  std::sort(names.begin(), names.end());
-  std::string text;
-  for (const std::string& name : names) text += name + " ";
-  return text;
 }
 
 const Candidate& Explanation::without_effects() const {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "diagnose/fit.hpp"
+#include "diagnose/relatives.hpp"
 #include "diagnose/screen.hpp"
 
 namespace bayesctrl {
@@ -63,11 +64,5 @@ struct Cleared {
 };
 Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
                      const std::vector<std::string>& free);
-
-/// "coulomb_friction", in a machine of several joints "coulomb_friction@2".
-std::string label(const Effect& effect, int joints);
-
-/// Names of a set, sorted: what tells sets apart.
-std::string key(const std::vector<Effect>& effects);
 
 }  // namespace bayesctrl

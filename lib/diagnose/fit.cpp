@@ -310,7 +310,11 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
   for (int iteration = 0; iteration < iterations && slopes.cols() > 0; ++iteration) {
     std::optional<ExactSlopes> exact;
     if (exactly) {
-      exact.emplace(problem, current, slopes);
+      try {
+        exact.emplace(problem, current, slopes);
+      } catch (const NumericalError&) {  // next to here the machine diverges
+        break;
+      }
       slopes = exact->slopes();
     } else if (iteration > 0) {
       slopes = linear_slopes(problem, current);

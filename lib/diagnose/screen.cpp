@@ -195,6 +195,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Excitation& exc
   const auto count = static_cast<Eigen::Index>(members.size());
   dictionary.columns.resize(response.rows(), count);
   dictionary.scale.resize(count);
+  if (count == 0) return dictionary;  // none of the allowed effects can act in this machine
   const double nominal = excitation.nominal_acceleration();
   double total = 0.0;
   for (const Measured& m : data) total += static_cast<double>(m.samples());

@@ -334,6 +334,13 @@ ordered_json summary(const std::vector<Scored>& cases) {
           {"outside: leading cause right", share(family("outside"), [](const Scored& s) { return s.cause; })},
           {"outside: held-out error at least halved",
            share(family("outside"), [](const Scored& s) { return s.after <= 0.5 * s.refit; })},
+          {"outside: the same beyond the noise", share(family("outside"),
+                                                       [](const Scored& s) {
+                                                         const auto beyond = [](double x) {
+                                                           return std::max(0.0, x * x - 1.0);
+                                                         };
+                                                         return beyond(s.after) <= 0.25 * beyond(s.refit);
+                                                       })},
           {"explanations of probability >= 0.9 that are right",
            share([&](const Scored& s) { return known(s) && s.confident && s.probability >= 0.9; },
                  [](const Scored& s) { return !s.wrong; })},

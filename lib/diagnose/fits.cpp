@@ -1,0 +1,144 @@
+#include "diagnose/fits.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
+constexpr double kClose = 20.0;        // nats behind the best, within which fits are brought to their true optima,
+constexpr std::size_t kFinalists = 6;  // this many of them,
+constexpr double kNested = 2000.0;     // and subsets of the best within this many nats
+constexpr double kConvergence = 0.5;   // nats that a new start must gain
+
+}  // namespace
+
+double Fits::about(std::shared_ptr<Linearisation> linearisation) {
+  about_ = std::move(linearisation);
+  if (max_step_ == 0.0) {
+    max_step_ = adequate_step({nominal_, {}, data_, *about_->response, *about_->excitation});
+  }
+  tried_.clear();
+  for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
+  fits_.clear();
+  return max_step_;
+}
+
+const Fit* Fits::add(std::vector<Effect> effects) {
+  const std::string name = key(effects);
+  if (!tried_.insert(name).second) return find(name);
+  if (redundant(effects)) return nullptr;
+  // What was found about another motion is the better start.
+  if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
+  try {
+    fits_.insert_or_assign(name, fit(problem(), std::move(effects)));
+  } catch (const NumericalError&) {
+    return nullptr;
+  }
+  return find(name);
+}
+
+void Fits::add_subsets() {
+  for (bool grew = true; grew;) {
+    grew = false;
+    const std::vector<const Fit*> best = ranked();
+    for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
+      const std::vector<Effect> effects = best[i]->effects;
+      for (std::size_t drop = 0; drop < effects.size(); ++drop) {
+        std::vector<Effect> fewer = effects, simpler = effects;
+        fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
+        const bool has_simpler = simplify(simpler[drop].form);
+        for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
+          if (!exists || tried(set)) continue;
+          add(set);
+          grew = true;
+        }
+      }
+    }
+  }
+}
+
+void Fits::add_simpler() {
+  std::vector<std::vector<Effect>> list;
+  for (const Fit* fit : ranked()) {
+    for (std::size_t e = 0; e < fit->effects.size(); ++e) {
+      std::vector<Effect> simpler = fit->effects;
+      if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
+    }
+  }
+  for (std::vector<Effect>& set : list) add(std::move(set));
+}
+
+void Fits::refine() {
+  std::set<std::pair<std::string, std::string>> asked;
+  for (bool again = true; again;) {
+    again = false;
+    const std::vector<Fit> list = finalists();
+    for (std::size_t i = 0; i < list.size() && !again; ++i) {
+      if (list[i].refined) continue;
+      fits_.insert_or_assign(key(list[i].effects), refined(problem(), list[i]));
+      again = true;
+    }
+    for (std::size_t i = 0; i < list.size() && !again; ++i) {
+      for (std::size_t k = 0; k < list.size() && !again; ++k) {
+        if (list[k].squares >= list[i].squares) continue;
+        const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
+        if (starts.empty() || !asked.emplace(key(list[i].effects), key(list[k].effects)).second) continue;
+        for (const std::vector<Effect>& start : starts) again |= improve(start);
+      }
+    }
+  }
+}
+
+std::vector<const Fit*> Fits::ranked() const {
+  std::vector<const Fit*> list;
+  for (const auto& [name, fit] : fits_) list.push_back(&fit);
+  std::sort(list.begin(), list.end(), [](const Fit* a, const Fit* b) { return a->log_evidence > b->log_evidence; });
+  return list;
+}
+
+FitProblem Fits::problem() const {
+  return {nominal_, options_.free, data_, *about_->response, *about_->excitation, options_.penalty, max_step_};
+}
+
+/// Those that are nearly as good as the best, and its own subsets.
+std::vector<Fit> Fits::finalists() const {
+  std::vector<Fit> list;
+  const std::vector<const Fit*> best = ranked();
+  const std::vector<Effect>& set = best.front()->effects;
+  std::set<std::string> subsets;
+  for (std::size_t drop = 0; drop < set.size(); ++drop) {
+    std::vector<Effect> fewer = set;
+    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
+    subsets.insert(key(fewer));
+  }
+  for (const Fit* fit : best) {
+    const double behind = best.front()->log_evidence - fit->log_evidence;
+    const bool close = behind < kClose && list.size() < kFinalists;
+    if (close || (behind < kNested && subsets.contains(key(fit->effects)))) list.push_back(*fit);
+  }
+  return list;
+}
+
+/// Fits a set once more from other parameters; true if that is better.
+bool Fits::improve(const std::vector<Effect>& start) {
+  try {
+    Fit tried = refined(problem(), fit(problem(), start));
+    Fit& known = fits_.at(key(start));
+    if (tried.log_evidence < known.log_evidence + kConvergence) return false;
+    known = std::move(tried);
+    return true;
+  } catch (const NumericalError&) {
+    return false;
+  }
+}
+
+const Fit* Fits::find(const std::string& name) const {
+  const auto at = fits_.find(name);
+  return at == fits_.end() ? nullptr : &at->second;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "diagnose/explain.hpp"
+
+namespace bayesctrl {
+
+/// Fits by the set that they are of, about the present motion.
+class Fits {
+ public:
+  Fits(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options)
+      : nominal_(nominal), data_(data), options_(options) {}
+
+  /// Begins anew about another motion; what was found before serves as start. Longest step of the integration, s.
+  double about(std::shared_ptr<Linearisation> linearisation);
+
+  /// Fits a set, once. Null where it cannot be simulated or is no set of its own.
+  const Fit* add(std::vector<Effect> effects);
+
+  bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
+
+  /// All subsets of the best candidates, and those in which a law gives way to a simpler one.
+  void add_subsets();
+
+  /// Every set once more with simpler laws in the place of richer ones.
+  void add_simpler();
+
+  /// Brings the finalists to their true optima, with slopes from the machine itself: laws that contain one another are
+  /// compared by the last few nats. Where one stops short of what another that it contains has found, it starts anew
+  /// from there.
+  void refine();
+
+  /// Most probable first.
+  std::vector<const Fit*> ranked() const;
+
+ private:
+  FitProblem problem() const;
+  std::vector<Fit> finalists() const;
+  bool improve(const std::vector<Effect>& start);
+  const Fit* find(const std::string& name) const;
+
+  const Plant& nominal_;
+  const std::vector<Measured>& data_;
+  const ExplainOptions& options_;
+  std::shared_ptr<Linearisation> about_;
+  double max_step_ = 0.0;  // of the integration, once it is known
+  std::map<std::string, Fit> fits_, stale_;
+  std::set<std::string> tried_;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "physics/effect.hpp"
+
+namespace bayesctrl {
+
+/// "coulomb_friction", in a machine of several joints "coulomb_friction@2".
+std::string label(const Effect& effect, int joints);
+
+/// Names of a set, sorted: what tells sets apart.
+std::string key(const std::vector<Effect>& effects);
+
+/// Puts the simpler law of which a law is an extension in its place.
+bool simplify(EffectForm& form);
+
+/// Laws of one kind that reduce to a simpler one, from that one on.
+std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler);
+
+/// A set that takes over the parameters of another where both hold the same effect.
+std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted);
+
+/// Sets in which dry friction has another law, or a second one: along a known motion these laws look so much alike that
+/// the screen cannot tell them apart.
+std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set);
+
+/// Parameters for one set from those of another: a larger one, or one with a simpler law. Empty for all others.
+std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, const std::vector<Effect>& other);
+
+}  // namespace bayesctrl

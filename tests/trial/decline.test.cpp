@@ -1,0 +1,44 @@
+// Physics that no catalogue has, one invention for each cause: declined, its cause found, and the simulation corrected.
+
+#include <catch2/catch.hpp>
+
+#include "diagnose/diagnosis.hpp"
+#include "io/emit.hpp"
+#include "io/files.hpp"
+#include "io/folder.hpp"
+#include "trial/cases.hpp"
+#include "trial/score.hpp"
+
+using namespace bayesctrl;
+using bayesctrl::io_examples::Folder;
+
+namespace {
+
+void check_declined(int variant, const std::string& cause) {
+  const TrialSpec spec{.seed = 8, .lowest_noise = 3e-4, .highest_noise = 1e-3};
+  const std::string name = "outside_" + std::to_string(variant);
+  const trial::Case hidden = trial::make_case(spec, {name, "outside", {}, variant});
+  REQUIRE_FALSE(hidden.files.empty());
+  REQUIRE(hidden.truth["outside"]["cause"] == cause);
+  const Folder folder;
+  FileBatch batch;
+  batch.add(folder.path() / "spec.yaml", to_yaml(hidden.spec));
+  for (const auto& [file, csv] : hidden.files) batch.add(folder.path() / file, csv);
+  batch.commit();
+  const Diagnosis diagnosis = diagnose(read_diagnosis_spec(folder.path() / "spec.yaml"));
+  const trial::Scored scored = trial::score(name, hidden.truth, diagnosis.json);
+  INFO(hidden.truth.dump(1));
+  INFO(diagnosis.json.dump(1));
+  CHECK(scored.detected);
+  CHECK(scored.declined);
+  CHECK(scored.cause);
+  CHECK(scored.after < scored.refit);
+}
+
+}  // namespace
+
+TEST_CASE("An invention that lives in position is declined and corrected", "[trial]") { check_declined(0, "position"); }
+TEST_CASE("An invention that lives in velocity is declined and corrected", "[trial]") { check_declined(2, "velocity"); }
+TEST_CASE("An invention that lives in the input is declined and corrected", "[trial]") { check_declined(5, "input"); }
+TEST_CASE("An invention that lives in time is declined and corrected", "[trial]") { check_declined(6, "time"); }
+TEST_CASE("An invention that lives in history is declined and corrected", "[trial]") { check_declined(7, "history"); }
