@@ -21,11 +21,9 @@ constexpr int kPolishRounds = 8;
 constexpr int kLinearIterations = 8;
 constexpr int kExactIterations = 6;
 constexpr int kRoughIterations = 2;
-constexpr int kTrials = 5;           // of the damping
-constexpr double kHopeless = 3.0;    // times the usual squares: such a fit is not worth many exact slopes
-constexpr double kUnusual = 1.0;     // standard deviations of a window's squares, beyond which its start is polished
-constexpr double kStateStep = 1e-5;  // of differences by the initial state
-constexpr int kPieces = 4;           // of a step whose input is a straight line
+constexpr int kTrials = 5;         // of the damping
+constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
+constexpr double kUnusual = 1.0;   // standard deviations of a window's squares, beyond which its start is polished
 
 /// Simulates windows of a fit's model.
 class Runs {
@@ -258,8 +256,8 @@ class ExactSlopes {
       Eigen::MatrixXd by_start(rest.size(), start.size()), by_unknown(rest.size(), values.size());
       for (Eigen::Index i = 0; i < start.size(); ++i) {
         WindowStart moved = start;
-        moved[i] += kStateStep;
-        by_start.col(i) = ((rest - here.rest(w, moved)) / kStateStep).reshaped();
+        moved[i] += kStartStep;
+        by_start.col(i) = ((rest - here.rest(w, moved)) / kStartStep).reshaped();
       }
       for (Eigen::Index i = 0; i < values.size(); ++i) {
         const auto slot = static_cast<std::size_t>(i);
@@ -374,51 +372,6 @@ void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
 
 }  // namespace
 
-WindowStart first_start(const Segment& window, const Trajectory& path, bool hidden) {
-  const auto row = static_cast<Eigen::Index>(window.first);
-  const Eigen::Index n = path.position.cols();
-  WindowStart start = WindowStart::Zero((hidden && window.after_gap ? 3 : 2) * n);
-  start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
-  return start;
-}
-
-WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds) {
-  Eigen::MatrixXd rest = rest_of(x);
-  double damping = 1e-6;
-  for (int round = 0; round < rounds; ++round) {
-    Eigen::MatrixXd slopes(rest.size(), x.size());
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      WindowStart moved = x;
-      moved[i] += kStateStep;
-      slopes.col(i) = ((rest - rest_of(moved)) / kStateStep).reshaped();
-    }
-    const Eigen::MatrixXd curvature = slopes.transpose() * slopes;
-    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped();
-    const double before = rest.squaredNorm(), largest = curvature.diagonal().maxCoeff();
-    double gained = 0.0;
-    for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
-      Eigen::MatrixXd damped = curvature;
-      damped.diagonal() *= 1.0 + damping;
-      damped.diagonal().array() += 1e-14 * largest;
-      const WindowStart next = x + WindowStart(damped.ldlt().solve(gradient));
-      Eigen::MatrixXd tried;
-      try {
-        tried = rest_of(next);
-      } catch (const NumericalError&) {
-        continue;
-      }
-      gained = before - tried.squaredNorm();
-      if (gained > 0.0) {
-        x = next;
-        rest = tried;
-        damping *= 0.1;
-      }
-    }
-    if (gained <= 1e-5 * before) break;
-  }
-  return x;
-}
-
 double Fit::deviation(int effect, std::string_view name) const {
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     if (unknowns[i].effect != effect || unknowns[i].name != name) continue;
@@ -451,33 +404,6 @@ double adequate_step(const FitProblem& problem) {
     if (std::sqrt(squares / std::max(1.0, count)) < kNumericalShare) return step;
   }
   return kShortestStep;
-}
-
-std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {
-  std::vector<Machine> list;
-  for (std::size_t r = 0; r < recordings; ++r) {
-    std::vector<Effect> here;
-    for (const Effect& effect : effects) {
-      if (effect.recording < 0 || static_cast<std::size_t>(effect.recording) == r) here.push_back(effect);
-    }
-    list.emplace_back(plant, std::move(here));
-  }
-  return list;
-}
-
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data) {
-  if (!data.linear_hold) return machine.drives(data.time, data.input);
-  std::vector<double> time;
-  Eigen::MatrixXd input((data.input.rows() - 1) * kPieces + 1, data.input.cols());
-  for (std::size_t k = 0; k + 1 < data.samples(); ++k) {
-    for (int i = 0; i < kPieces; ++i) {
-      input.row(static_cast<Eigen::Index>(time.size())) = input_at(data, k, (i + 0.5) / kPieces).transpose();
-      time.push_back(data.time[k] + (data.time[k + 1] - data.time[k]) * i / kPieces);
-    }
-  }
-  input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(data.input.rows() - 1);
-  time.push_back(data.time.back());
-  return machine.drives(time, input);
 }
 
 Fit fit(const FitProblem& problem, std::vector<Effect> effects) {

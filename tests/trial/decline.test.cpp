@@ -2,15 +2,10 @@
 
 #include <catch2/catch.hpp>
 
-#include "diagnose/diagnosis.hpp"
-#include "io/emit.hpp"
-#include "io/files.hpp"
-#include "io/folder.hpp"
-#include "trial/cases.hpp"
+#include "trial/diagnosed.hpp"
 #include "trial/score.hpp"
 
 using namespace bayesctrl;
-using bayesctrl::io_examples::Folder;
 
 namespace {
 
@@ -20,12 +15,7 @@ void check_declined(int variant, const std::string& cause) {
   const trial::Case hidden = trial::make_case(spec, {name, "outside", {}, variant});
   REQUIRE_FALSE(hidden.files.empty());
   REQUIRE(hidden.truth["outside"]["cause"] == cause);
-  const Folder folder;
-  FileBatch batch;
-  batch.add(folder.path() / "spec.yaml", to_yaml(hidden.spec));
-  for (const auto& [file, csv] : hidden.files) batch.add(folder.path() / file, csv);
-  batch.commit();
-  const Diagnosis diagnosis = diagnose(read_diagnosis_spec(folder.path() / "spec.yaml"));
+  const Diagnosis diagnosis = testing::diagnosed(hidden);
   const trial::Scored scored = trial::score(name, hidden.truth, diagnosis.json);
   INFO(hidden.truth.dump(1));
   INFO(diagnosis.json.dump(1));

@@ -1,18 +1,12 @@
 // The round trip of every effect in the catalogue: a machine is simulated with it and diagnosed without it.
 
 #include <catch2/catch.hpp>
-#include <filesystem>
 
-#include "diagnose/diagnosis.hpp"
-#include "io/emit.hpp"
-#include "io/files.hpp"
-#include "io/folder.hpp"
 #include "physics/effect.hpp"
-#include "trial/cases.hpp"
+#include "trial/diagnosed.hpp"
 #include "trial/score.hpp"
 
 using namespace bayesctrl;
-using bayesctrl::io_examples::Folder;
 
 TEMPLATE_LIST_TEST_CASE("A machine simulated with an effect and diagnosed without it: the effect is named",
                         "[trial][round-trip]", EffectForm) {
@@ -20,12 +14,7 @@ TEMPLATE_LIST_TEST_CASE("A machine simulated with an effect and diagnosed withou
   const std::string name = "single_" + std::string(TestType::kName);
   const trial::Case hidden = trial::make_case(spec, {name, "single", {EffectForm(TestType{}).index()}, 0});
   REQUIRE_FALSE(hidden.files.empty());
-  const Folder folder;
-  FileBatch batch;
-  batch.add(folder.path() / "spec.yaml", to_yaml(hidden.spec));
-  for (const auto& [file, csv] : hidden.files) batch.add(folder.path() / file, csv);
-  batch.commit();
-  const Diagnosis diagnosis = diagnose(read_diagnosis_spec(folder.path() / "spec.yaml"));
+  const Diagnosis diagnosis = testing::diagnosed(hidden);
   const trial::Scored scored = trial::score(name, hidden.truth, diagnosis.json);
   INFO(hidden.truth.dump(1));
   INFO(diagnosis.json.dump(1));
