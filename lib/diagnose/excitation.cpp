@@ -22,9 +22,8 @@ double soft_sign(double v, double sd) {
 
 Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
     : plant_(plant), data_(data), paths_(paths), joints_(joints(plant)) {
-  double period = kInfinity;
-  for (const Measured& m : data_) period = std::min(period, sample_period(m.time));
-  parts_ = static_cast<std::size_t>(std::clamp(std::round(period / kPartOfStep), 1.0, kMostParts));
+  parts_ =
+      static_cast<std::size_t>(std::clamp(std::round(shortest_sample_period(data_) / kPartOfStep), 1.0, kMostParts));
   for (std::size_t r = 0; r < data_.size(); ++r) {
     const Measured& m = data_[r];
     const Trajectory& path = paths_[r];
@@ -185,7 +184,7 @@ Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& 
   Survey result;
   result.lowest = kInfinity;
   result.highest = -kInfinity;
-  result.period = kInfinity;
+  result.period = shortest_sample_period(data);
   result.joints = static_cast<int>(data.front().position.cols());
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto q = paths[r].position.col(joint);
@@ -193,7 +192,6 @@ Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& 
     result.highest = std::max(result.highest, q.maxCoeff());
     result.speed = std::max(result.speed, paths[r].velocity.col(joint).cwiseAbs().maxCoeff());
     result.input = std::max(result.input, data[r].input.col(joint).cwiseAbs().maxCoeff());
-    result.period = std::min(result.period, sample_period(data[r].time));
     result.durations.push_back(data[r].time.back());
   }
   return result;

@@ -80,6 +80,85 @@ double fast_rows(const LinearResponse& response, const std::vector<Segment>& win
   return std::max(1.0, samples - static_cast<double>(response.rows()) - 2.0 * joints * double(windows.size()));
 }
 
+/// Nats behind the best, beyond which a finding is not worth a fit.
+double hopeless_behind(const Finding& best) { return kHopeless + kScreenError * 0.5 * best.explained; }
+
+/// The most promising findings of each size.
+void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictionary& dictionary,
+                  const ExplainOptions& options) {
+  const double hopeless = hopeless_behind(findings.front());
+  std::array<int, 4> of_size{};
+  int total = 0;
+  for (const Finding& finding : findings) {
+    const std::size_t size = finding.suspects.size();
+    const bool wanted = total < options.refined || of_size[size] < (size == 1 ? 3 : 2);
+    if (!wanted || finding.log_evidence == -kInfinity || size == 0) continue;
+    if (total >= 3 && finding.log_evidence < findings.front().log_evidence - hopeless && of_size[size] >= 1) continue;
+    ++of_size[size];
+    ++total;
+    fits.add(finding.effects(dictionary));
+  }
+}
+
+/// From the best so far to its neighbours, until none is better.
+void climb(Fits& fits, const Screen& screen, double hopeless, const Dictionary& dictionary, const Explanation& result,
+           const ExplainOptions& options) {
+  for (std::string before; before != key(fits.ranked().front()->effects);) {
+    const Fit best = *fits.ranked().front();
+    before = key(best.effects);
+    if (best.effects.empty()) break;
+    double first = -kInfinity;
+    int tried = 0;
+    for (const Finding& finding : screen.neighbours(best.effects)) {
+      first = std::max(first, finding.log_evidence);
+      if (tried >= options.neighbours || finding.log_evidence < first - hopeless) break;
+      std::vector<Effect> effects = finding.effects(dictionary);
+      if (fits.tried(effects)) continue;
+      ++tried;
+      fits.add(start_from(best.effects, std::move(effects)));
+    }
+    if (result.p_value(best) < kRelinearise) {
+      for (std::vector<Effect>& effects : dry_relatives(best.effects)) fits.add(std::move(effects));
+    }
+    fits.add_subsets();
+  }
+}
+
+/// Simple laws: small sets with one number more, and all sets with simpler laws in them.
+void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictionary) {
+  std::vector<std::vector<Effect>> small;
+  for (const Fit* f : fits.ranked()) {
+    if (f->unknowns.size() <= 3 && f->effects.size() <= 2 && !f->effects.empty()) small.push_back(f->effects);
+  }
+  small.resize(std::min<std::size_t>(small.size(), kSmallSets));
+  for (const std::vector<Effect>& effects : small) {
+    int more = 0;
+    for (const Finding& finding : screen.neighbours(effects)) {
+      if (more >= kAdditions) break;
+      if (finding.suspects.size() != effects.size() + 1 ||
+          static_cast<std::size_t>(finding.coefficients.size()) != finding.suspects.size()) {
+        continue;
+      }
+      std::vector<Effect> larger = finding.effects(dictionary);
+      if (fits.tried(larger)) continue;
+      fits.add(std::move(larger));
+      ++more;
+    }
+  }
+  fits.add_simpler();
+}
+
+/// Fits what the screen proposes and what lies next to the best of it.
+void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
+            const ExplainOptions& options) {
+  const std::vector<Finding> findings = screen.all();
+  fit_findings(fits, findings, dictionary, options);
+  fits.add_subsets();
+  climb(fits, screen, hopeless_behind(findings.front()), dictionary, result, options);
+  // Where even the best leaves much, simple laws with a remainder are wanted as well.
+  if (result.excess(*fits.ranked().front()) > kFarOff) fit_small_sets(fits, screen, dictionary);
+}
+
 }  // namespace
 
 Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
@@ -151,65 +230,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
     const Cleared cleared = without_free(*about, nominal, data, options.free);
     const Screen screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
-    const std::vector<Finding> findings = screen.all();
-    const double hopeless = kHopeless + kScreenError * 0.5 * findings.front().explained;
-    std::array<int, 4> of_size{};
-    int total = 0;
-    for (const Finding& finding : findings) {
-      const std::size_t size = finding.suspects.size();
-      const bool wanted = total < options.refined || of_size[size] < (size == 1 ? 3 : 2);
-      if (!wanted || finding.log_evidence == -kInfinity || size == 0) continue;
-      if (total >= 3 && finding.log_evidence < findings.front().log_evidence - hopeless && of_size[size] >= 1) continue;
-      ++of_size[size];
-      ++total;
-      fits.add(finding.effects(about->dictionary));
-    }
-    fits.add_subsets();
-    // From the best so far to its neighbours, until none is better.
-    for (std::string before; before != key(fits.ranked().front()->effects);) {
-      const Fit best = *fits.ranked().front();
-      before = key(best.effects);
-      if (best.effects.empty()) break;
-      double first = -kInfinity;
-      int tried = 0;
-      for (const Finding& finding : screen.neighbours(best.effects)) {
-        first = std::max(first, finding.log_evidence);
-        if (tried >= options.neighbours || finding.log_evidence < first - hopeless) break;
-        std::vector<Effect> effects = finding.effects(about->dictionary);
-        if (fits.tried(effects)) continue;
-        ++tried;
-        fits.add(start_from(best.effects, std::move(effects)));
-      }
-      if (result.p_value(best) < kRelinearise) {
-        for (std::vector<Effect>& effects : dry_relatives(best.effects)) fits.add(std::move(effects));
-      }
-      fits.add_subsets();
-    }
-
-    // Where even the best leaves much, simple laws with a remainder are wanted as well: small sets and one number more.
-    if (result.excess(*fits.ranked().front()) > kFarOff) {
-      std::vector<std::vector<Effect>> small;
-      for (const Fit* f : fits.ranked()) {
-        if (f->unknowns.size() <= 3 && f->effects.size() <= 2 && !f->effects.empty()) small.push_back(f->effects);
-      }
-      small.resize(std::min<std::size_t>(small.size(), kSmallSets));
-      for (const std::vector<Effect>& effects : small) {
-        int more = 0;
-        for (const Finding& finding : screen.neighbours(effects)) {
-          if (more >= kAdditions) break;
-          if (finding.suspects.size() != effects.size() + 1 ||
-              static_cast<std::size_t>(finding.coefficients.size()) != finding.suspects.size()) {
-            continue;
-          }
-          std::vector<Effect> larger = finding.effects(about->dictionary);
-          if (fits.tried(larger)) continue;
-          fits.add(std::move(larger));
-          ++more;
-        }
-      }
-      fits.add_simpler();
-    }
-
+    search(fits, screen, about->dictionary, result, options);
     fits.refine();
     const std::vector<const Fit*> ranked = fits.ranked();
     result.candidates.clear();
@@ -225,9 +246,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     if (result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) break;
     kept.clear();
     for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
-    const FitProblem problem{nominal,         options.free,   data, *about->response, *about->excitation,
-                             options.penalty, result.max_step};
-    paths = simulated(problem, result.best().fit, about->paths);
+    paths = simulated(fits.problem(), result.best().fit, about->paths);
   }
   return result;
 }

@@ -48,8 +48,8 @@ void Fits::add_subsets() {
     for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
       const std::vector<Effect> effects = best[i]->effects;
       for (std::size_t drop = 0; drop < effects.size(); ++drop) {
-        std::vector<Effect> fewer = effects, simpler = effects;
-        fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
+        const std::vector<Effect> fewer = without(effects, drop);
+        std::vector<Effect> simpler = effects;
         const bool has_simpler = simplify(simpler[drop].form);
         for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
           if (!exists || tried(set)) continue;
@@ -110,11 +110,7 @@ std::vector<Fit> Fits::finalists() const {
   const std::vector<const Fit*> best = ranked();
   const std::vector<Effect>& set = best.front()->effects;
   std::set<std::string> subsets;
-  for (std::size_t drop = 0; drop < set.size(); ++drop) {
-    std::vector<Effect> fewer = set;
-    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
-    subsets.insert(key(fewer));
-  }
+  for (std::size_t drop = 0; drop < set.size(); ++drop) subsets.insert(key(without(set, drop)));
   for (const Fit* fit : best) {
     const double behind = best.front()->log_evidence - fit->log_evidence;
     const bool close = behind < kClose && list.size() < kFinalists;

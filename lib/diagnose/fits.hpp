@@ -35,8 +35,10 @@ class Fits {
   /// Most probable first.
   std::vector<const Fit*> ranked() const;
 
- private:
+  /// What all fits about the present motion share.
   FitProblem problem() const;
+
+ private:
   std::vector<Fit> finalists() const;
   bool improve(const std::vector<Effect>& start);
   const Fit* find(const std::string& name) const;

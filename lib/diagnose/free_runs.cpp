@@ -51,16 +51,17 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     result.velocity.push_back(result.simulated.back());
   }
   double squares = 0.0;
-  std::size_t reached = 0;  // by the memory, in the present recording
   Remainder::Memory memory;
+  std::size_t of = 0, reached = 0;  // recording and sample that the memory belongs to
   for (const Segment& window : windows(data, horizon)) {
     if (wanted && !wanted(window)) continue;
     const std::size_t r = window.recording;
     const auto first = static_cast<Eigen::Index>(window.first), size = static_cast<Eigen::Index>(window.samples());
     const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
     if (!model.remainder.empty()) {
-      if (window.first <= reached) {  // a new recording
+      if (r != of) {
         memory.clear();
+        of = r;
         reached = 0;
       }
       memory = remember(model.remainder, data[r], paths[r], reached, window.first, std::move(memory));

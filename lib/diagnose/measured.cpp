@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/fields.hpp"
+
 namespace bayesctrl {
 
 namespace {
@@ -39,6 +41,12 @@ double sample_period(const std::vector<double>& time) {
   std::vector<double> steps;
   for (std::size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
   return median(std::move(steps));
+}
+
+double shortest_sample_period(const std::vector<Measured>& data) {
+  double shortest = kInfinity;
+  for (const Measured& m : data) shortest = std::min(shortest, sample_period(m.time));
+  return shortest;
 }
 
 std::vector<Segment> stretches(const Measured& measured, std::size_t recording) {

@@ -30,6 +30,9 @@ struct Segment {
 /// Median time between samples, s.
 double sample_period(const std::vector<double>& time);
 
+/// The shortest of all recordings, s.
+double shortest_sample_period(const std::vector<Measured>& data);
+
 /// Runs of samples without a gap longer than eight sample periods.
 std::vector<Segment> stretches(const Measured& measured, std::size_t recording);
 

@@ -9,6 +9,19 @@ namespace {
 
 constexpr double kSecondLaw = 0.3;  // of the level of a first law of dry friction, where a second one starts
 
+/// Laws of one kind that reduce to a simpler one, from that one on.
+std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
+  std::vector<EffectForm> list;
+  std::visit(
+      [&]<class E>(const E&) {
+        if constexpr (requires(const E& e) { e.simpler(); }) {
+          for (const E& form : E::extending(std::get<decltype(E{}.simpler())>(simpler))) list.emplace_back(form);
+        }
+      },
+      wanted);
+  return list;
+}
+
 }  // namespace
 
 std::string label(const Effect& effect, int joints) {
@@ -27,6 +40,11 @@ std::string key(const std::vector<Effect>& effects) {
   return text;
 }
 
+std::vector<Effect> without(std::vector<Effect> set, std::size_t effect) {
+  set.erase(set.begin() + static_cast<std::ptrdiff_t>(effect));
+  return set;
+}
+
 bool simplify(EffectForm& form) {
   std::optional<EffectForm> simpler;
   std::visit(
@@ -38,25 +56,10 @@ bool simplify(EffectForm& form) {
   return simpler.has_value();
 }
 
-std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
-  std::vector<EffectForm> list;
-  std::visit(
-      [&]<class E>(const E&) {
-        if constexpr (requires(const E& e) { e.simpler(); }) {
-          for (const E& form : E::extending(std::get<decltype(E{}.simpler())>(simpler))) list.emplace_back(form);
-        }
-      },
-      wanted);
-  return list;
-}
-
 std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted) {
   for (Effect& effect : wanted) {
     for (const Effect& other : known) {
-      if (other.form.index() == effect.form.index() && other.joint == effect.joint &&
-          other.recording == effect.recording) {
-        effect = other;
-      }
+      if (same_kind(effect, other)) effect = other;
     }
   }
   return wanted;
@@ -92,16 +95,14 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
 
 std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, const std::vector<Effect>& other) {
   for (std::size_t drop = 0; drop < other.size(); ++drop) {
-    std::vector<Effect> fewer = other;
-    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(drop));
-    if (key(fewer) == key(wanted)) return {fewer};
+    if (key(without(other, drop)) == key(wanted)) return {without(other, drop)};
   }
   std::vector<std::vector<Effect>> starts;
   for (std::size_t e = 0; e < wanted.size(); ++e) {
     std::vector<Effect> simpler = wanted;
     if (!simplify(simpler[e].form) || key(simpler) != key(other)) continue;
-    const std::string name = key({simpler[e]});
-    const auto law = std::find_if(other.begin(), other.end(), [&](const Effect& o) { return key({o}) == name; });
+    const auto law =
+        std::find_if(other.begin(), other.end(), [&](const Effect& o) { return same_kind(o, simpler[e]); });
     for (const EffectForm& form : extensions(wanted[e].form, law->form)) {
       std::vector<Effect> start = other;
       start[static_cast<std::size_t>(law - other.begin())].form = form;

@@ -13,11 +13,11 @@ std::string label(const Effect& effect, int joints);
 /// Names of a set, sorted: what tells sets apart.
 std::string key(const std::vector<Effect>& effects);
 
+/// A set without one of its effects.
+std::vector<Effect> without(std::vector<Effect> set, std::size_t effect);
+
 /// Puts the simpler law of which a law is an extension in its place.
 bool simplify(EffectForm& form);
-
-/// Laws of one kind that reduce to a simpler one, from that one on.
-std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler);
 
 /// A set that takes over the parameters of another where both hold the same effect.
 std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted);

@@ -19,12 +19,6 @@ void for_each_parameter(auto& form_or_plant, auto&& f) {
       form_or_plant);
 }
 
-double period_of(const std::vector<Measured>& data) {
-  double period = kInfinity;
-  for (const Measured& m : data) period = std::min(period, sample_period(m.time));
-  return period;
-}
-
 }  // namespace
 
 std::vector<std::string> parameter_names(const Plant& plant) {
@@ -70,7 +64,7 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths) {
   std::vector<Unknown> unknowns;
-  const double period = period_of(data);
+  const double period = shortest_sample_period(data);
   double longest = 0.0;
   for (const Measured& m : data) longest = std::max(longest, m.time.back());
   for (const std::string& name : free) {

@@ -30,7 +30,7 @@ Alike find_alike(const Explanation& explanation, int joints) {
   for (const Candidate& candidate : explanation.candidates) {
     const Fit& fit = candidate.fit;
     if (fit.effects.size() != best.effects.size() || best.log_evidence - fit.log_evidence > kInseparable) continue;
-    std::vector<std::string> other = labels(fit.effects, joints), lost, won;
+    std::vector<std::string> other = labels(fit.effects, joints), lost;
     for (const std::string& name : own) {
       const auto at = std::find(other.begin(), other.end(), name);
       if (at == other.end()) {
@@ -70,9 +70,7 @@ std::size_t strongest(const Explanation& explanation) {
   std::size_t strongest = 0;
   double most = -kInfinity;
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
-    std::vector<Effect> fewer = best.effects;
-    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(e));
-    const std::string name = key(fewer);
+    const std::string name = key(without(best.effects, e));
     for (const Candidate& candidate : explanation.candidates) {
       if (key(candidate.fit.effects) != name) continue;
       if (const double loss = best.log_evidence - candidate.fit.log_evidence; loss > most) {

@@ -10,13 +10,14 @@ std::vector<double> spread(double low, double high, int count) {
   return values;
 }
 
+bool same_kind(const Effect& a, const Effect& b) {
+  return a.form.index() == b.form.index() && a.joint == b.joint && a.recording == b.recording;
+}
+
 bool redundant(const std::vector<Effect>& effects) {
   for (const Effect& law : effects) {
     for (const Effect& other : effects) {
-      if (&other != &law && other.form.index() == law.form.index() && other.joint == law.joint &&
-          other.recording == law.recording) {
-        return true;
-      }
+      if (&other != &law && same_kind(other, law)) return true;
     }
     const bool found = std::visit(
         [&]<class E>(const E&) {

@@ -111,6 +111,9 @@ concept SensorEffect = requires(const E& e, double q) {
   { e.measured(q) } -> std::same_as<double>;
 };
 
+/// The same law in the same place, whatever its parameters.
+bool same_kind(const Effect& a, const Effect& b);
+
 /// Whether a set holds a law twice, or beside one that contains it, in the same joint: together they are no other law
 /// than the second alone.
 bool redundant(const std::vector<Effect>& effects);
