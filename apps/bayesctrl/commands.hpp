@@ -29,4 +29,7 @@ void add_set_option(CLI::App& command, std::vector<std::string>& assignments);
 /// True from the first Ctrl-C (SIGINT) or SIGTERM on; the handlers are set by main.
 bool interrupted();
 
+/// From here on a signal ends the program at once: for work that writes nothing before its end.
+void end_at_once();
+
 }  // namespace bayesctrl

@@ -89,6 +89,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       ->type_name("DIR");
   sub->add_flag("--quiet", command->quiet, "Print nothing but errors");
   sub->callback([command] {
+    end_at_once();
     for (const std::string& path : command->specs) {
       const DiagnosisSpec spec = read_diagnosis_spec(path);
       std::filesystem::path folder = command->out;

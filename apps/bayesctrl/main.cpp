@@ -36,6 +36,11 @@ namespace bayesctrl {
 
 bool interrupted() { return stop_requested; }
 
+void end_at_once() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
 void add_set_option(CLI::App& command, std::vector<std::string>& assignments) {
   command
       .add_option("--set", assignments,

@@ -1,5 +1,6 @@
 #include "diagnose/decline.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -9,14 +10,32 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kWorthwhile = 0.98;  // of the error: by less a larger model is not worth while
+constexpr double kWorthwhile = 0.02;      // logarithm of the error that a larger model must gain
+constexpr double kEnough = 1.03;          // noise, RMS: no model can do much better
+constexpr std::size_t kMostWindows = 40;  // of free runs by which models are compared,
+constexpr double kCoarseStep = 4e-3;      // s, of the integration
+constexpr double kEffects = 0.1;          // and one with effects in the place of a remainder alone
 
-/// Squares of the error in free runs over windows of one fold.
-double error_in(const Corrected& model, const Explanation& explanation, int fold, const std::vector<Measured>& data,
-                const std::vector<Trajectory>& motion, double horizon) {
+/// Seconds of all windows.
+double duration(const std::vector<Segment>& windows, const std::vector<Measured>& data) {
+  double sum = 0.0;
+  for (const Segment& window : windows) {
+    const std::vector<double>& t = data[window.recording].time;
+    sum += t[window.last] - t[window.first];
+  }
+  return sum;
+}
+
+/// Errors in free runs over the windows of one fold, RMS.
+std::vector<double> errors_in(const Corrected& model, const Explanation& explanation, int fold,
+                              const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
+                              double horizon) {
   const std::vector<Segment>& windows = explanation.measured->response->windows();
   const std::vector<int> folds = folds_of(windows);
+  std::size_t seen = 0;
+  const std::size_t every = 1 + static_cast<std::size_t>(duration(windows, data) / horizon) / kMostWindows;
   const auto wanted = [&](const Segment& run) {
+    if (seen++ % every != 0) return false;
     for (std::size_t w = 0; w < windows.size(); ++w) {
       if (windows[w].recording != run.recording || run.first < windows[w].first || run.first > windows[w].last)
         continue;
@@ -24,11 +43,12 @@ double error_in(const Corrected& model, const Explanation& explanation, int fold
     }
     return false;
   };
-  const FreeRuns runs = free_runs(model, data, motion, horizon, false, explanation.max_step, wanted);
-  return runs.rms * runs.rms * runs.samples;
+  const double step = std::max(explanation.max_step, kCoarseStep);
+  return free_runs(model, data, motion, horizon, false, step, wanted).window_rms;
 }
 
-/// Keeps what predicts windows best that were left out.
+/// Keeps what predicts windows best that were left out. What is worse than the worst window of the first model counts
+/// as that: a remainder that goes astray where it has learnt nothing is not judged by how far.
 class Choice {
  public:
   Choice(const Explanation& explanation, const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
@@ -38,12 +58,21 @@ class Choice {
   /// `remainder`: learnt without the windows of a fold, or from all (-1).
   void consider(const Fit& fit, const Discrepancy::Dependence& remaining,
                 const std::function<Remainder(int)>& remainder) {
-    double squares = 0.0;
+    const double noise = explanation_.noise.norm() / std::sqrt(static_cast<double>(explanation_.noise.size()));
+    if (lowest_ < std::log(kEnough * noise)) return;
+    std::vector<double> errors;
     for (int fold = 0; fold < kFolds; ++fold) {
-      squares += error_in({fit.plant, fit.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
+      const std::vector<double> more =
+          errors_in({fit.plant, fit.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
+      errors.insert(errors.end(), more.begin(), more.end());
     }
-    if (!(std::sqrt(squares) < kWorthwhile * lowest_)) return;
-    lowest_ = std::sqrt(squares);
+    if (worst_ == 0.0) worst_ = *std::max_element(errors.begin(), errors.end());
+    double squares = 0.0;
+    for (const double error : errors) squares += std::pow(std::min(error, worst_), 2);
+    const double cost =
+        0.5 * std::log(squares / static_cast<double>(errors.size())) + kEffects * double(!fit.effects.empty());
+    if (!(cost < lowest_ - kWorthwhile)) return;
+    lowest_ = cost;
     best_ = {fit, remainder(-1), remaining};
   }
 
@@ -54,9 +83,12 @@ class Choice {
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& motion_;
   double horizon_;
+  double worst_ = 0.0;
   double lowest_ = kInfinity;
   StandIn best_;
 };
+
+using enum Discrepancy::Scope;
 
 Remainder none(int) { return {}; }
 
@@ -71,11 +103,10 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   Choice choice(explanation, data, motion, horizon);
   choice.consider(nominal, whole, none);
   if (!best.effects.empty()) choice.consider(best, beside, none);
-  for (const bool leading_only : {true, false}) {
-    choice.consider(nominal, whole, [&](int out) { return discrepancy.remainder(target, whole, leading_only, out); });
+  for (const Discrepancy::Scope scope : {leading, rich, all}) {
+    choice.consider(nominal, whole, [&](int out) { return discrepancy.remainder(target, whole, scope, out); });
     if (best.effects.empty()) continue;
-    choice.consider(best, beside,
-                    [&](int out) { return about_best.remainder(best.residual, beside, leading_only, out); });
+    choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, beside, scope, out); });
   }
   return choice.best();
 }
@@ -87,7 +118,7 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
   choice.consider(best, beside, none);
-  choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, beside, true, out); });
+  choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, beside, leading, out); });
   return choice.best();
 }
 

@@ -273,6 +273,11 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     return fits;
   };
   json["fit"]["train"] = report(all_data, smooth_all(nominal, all_data, explanation.noise), false, "train");
+  const FitProblem about_best{explanation.start, spec.free,           data, *about.response, *about.excitation,
+                              options.penalty,   explanation.max_step};
+  const std::vector<ResidualTests> tests =
+      residual_tests(about, data, explanation.noise, {rests(as_given, given), rests(about_best, best)});
+  json["residual"] = {{"before", residual_json(tests[0], data)}, {"after", residual_json(tests[1], data)}};
   json["next_experiment"] = propose(nominal, explanation, data, joints);
 
   // Hold out: only now.

@@ -10,8 +10,11 @@ namespace bayesctrl {
 
 namespace {
 
+constexpr double kNegligible = 1e-4;  // of the largest weight
 constexpr int kBumps = 36;            // along each input
+constexpr int kFineBumps = 72;        // along the input: amplifiers have stairs
 constexpr int kStateBumps = 7;        // along each side of the grid over position and velocity
+constexpr int kProductBumps = 18;     // along the first of two causes
 constexpr double kTimeStep = 0.1;     // s between bumps in time, the same in all recordings
 constexpr double kSlowStep = 3.0;     // s between bumps in the time of one recording
 constexpr std::size_t kShapes = 8;    // of each effect that is weighed against a discrepancy
@@ -45,13 +48,18 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
     const double longest = *std::max_element(s.durations.begin(), s.durations.end());
     Group position{Cause::position, false, j, {}, {}}, velocity{Cause::velocity, false, j, {}, {}},
         input{Cause::input, false, j, {}, {}}, time{Cause::time, false, j, {}, {}},
-        history{Cause::history, false, j, {}, {}}, state{Cause::velocity, true, j, {}, {}};
+        history{Cause::history, false, j, {}, {}}, state{Cause::velocity, true, j, {}, {}},
+        drag{Cause::velocity, true, j, {}, {}}, dry{Cause::velocity, true, j, {}, {}},
+        gain{Cause::input, true, j, {}, {}}, loss{Cause::input, true, j, {}, {}}, stairs{Cause::input, true, j, {}, {}};
     add_bumps(position.terms, TermKind::bump_position, j, s.lowest, s.highest, kBumps);
     add_bumps(velocity.terms, TermKind::bump_velocity, j, -s.speed, s.speed, kBumps);
     for (const double part : {0.005, 0.03, 0.15})
       velocity.terms.push_back({TermKind::sign_velocity, j, -1, part * s.speed});
     if (s.input > 0.0) {
       add_bumps(input.terms, TermKind::bump_input, j, -s.input, s.input, kBumps);
+      add_bumps(stairs.terms, TermKind::bump_input, j, -s.input, s.input, kFineBumps);
+      add_bumps(gain.terms, TermKind::position_gain, j, s.lowest, s.highest, kProductBumps);
+      add_bumps(loss.terms, TermKind::velocity_gain, j, -s.speed, s.speed, kProductBumps);
       for (const double part : {0.01, 0.1}) input.terms.push_back({TermKind::sign_input, j, -1, part * s.input});
     }
     add_bumps(time.terms, TermKind::bump_time, j, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
@@ -79,7 +87,10 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
         state.terms.push_back({TermKind::bump_state, j, -1, s.lowest + a * dq, dq, -s.speed + b * dv, dv});
       }
     }
-    for (Group* group : {&position, &velocity, &input, &time, &history, &state}) {
+    add_bumps(drag.terms, TermKind::position_drag, j, s.lowest, s.highest, kProductBumps);
+    add_bumps(dry.terms, TermKind::position_dry, j, s.lowest, s.highest, kProductBumps);
+    for (Term& term : dry.terms) term.c = 0.01 * s.speed;
+    for (Group* group : {&position, &velocity, &input, &time, &history, &state, &drag, &dry, &gain, &loss, &stairs}) {
       if (!group->terms.empty()) groups_.push_back(std::move(*group));
     }
   }
@@ -159,22 +170,24 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
   for (const Group& group : groups_) joints = std::max(joints, group.joint + 1);
   for (int j = 0; j < joints; ++j) {
     std::array<double, 5> alone{};
-    double whole = 0.0, terms = 0.0;
+    double whole = 0.0, terms = 0.0, present = 0.0;
     for (const Group& group : groups_) {
       if (group.joint != j) continue;
       const Ridge fit = ridge(group.columns, target);
       const double part = std::clamp(fit.explained / beyond, 0.0, 1.0);
       whole = std::max(whole, part);
-      if (!group.state) alone[static_cast<std::size_t>(group.cause)] = part;
-      if (group.cause == Cause::history) terms = static_cast<double>(group.terms.size());
+      if (!group.rich) alone[static_cast<std::size_t>(group.cause)] = part;
+      if (group.cause == Cause::history) {
+        terms = static_cast<double>(group.terms.size());
+      } else {
+        present = std::max(present, part);
+      }
     }
     if (whole <= most) continue;
     most = whole;
     best.joint = j;
     // The past can imitate the present: unless it leaves less than half, and by more than its many terms could do, it
     // counts for what it explains beyond.
-    double present = 0.0;
-    for (std::size_t i = 0; i < 4; ++i) present = std::max(present, alone[i]);
     const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && (alone[4] - present) * beyond > kHistoryGain * terms;
     if (!needed) alone[4] = std::max(0.0, alone[4] - present);
     // What explains all but a little is much more likely the cause than what explains half.
@@ -188,8 +201,21 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
   return best;
 }
 
-Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence& on, bool leading_only,
-                                 int left_out) const {
+/// The richer terms that explain `target` best, or none.
+const Discrepancy::Group* Discrepancy::best_rich(const Eigen::VectorXd& target, int joint) const {
+  const Group* best = nullptr;
+  double highest = 0.0;
+  for (const Group& group : groups_) {
+    if (group.joint != joint || !group.rich) continue;
+    if (const double evidence = ridge(group.columns, target).log_evidence; evidence > highest) {
+      highest = evidence;
+      best = &group;
+    }
+  }
+  return best;
+}
+
+Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence& on, Scope scope, int left_out) const {
   const auto lead = static_cast<Cause>(std::max_element(on.shares.begin(), on.shares.end()) - on.shares.begin());
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(target.size());
   const LinearResponse& response = *about_.response;
@@ -199,11 +225,15 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
     weight.segment(response.first_row(w), response.row_count(w)).setZero();
   }
   const Eigen::VectorXd y = target.cwiseProduct(weight);
+  const Group* rich = scope == Scope::rich ? best_rich(y, on.joint) : nullptr;
   std::vector<const Group*> used;
   Eigen::Index count = 0;
   for (const Group& group : groups_) {
     if (group.joint != on.joint) continue;
-    if (leading_only ? group.cause != lead || group.state : group.cause == Cause::time && lead != Cause::time) continue;
+    const bool leads = group.cause == lead && !group.rich;
+    if (scope == Scope::leading && !leads) continue;
+    if (scope == Scope::rich && !leads && &group != rich) continue;
+    if (scope == Scope::all && group.cause == Cause::time && lead != Cause::time) continue;
     used.push_back(&group);
     count += group.columns.cols();
   }
@@ -235,15 +265,27 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
     terms[i].weight *= weights[static_cast<Eigen::Index>(i)];
     if (terms[i].weight != 0.0) result.terms.push_back(terms[i]);
   }
+  double most = 0.0;
+  for (const Term& term : result.terms) most = std::max(most, std::abs(term.weight));
+  std::erase_if(result.terms, [&](const Term& term) {  // bumps are at most 1
+    return cause(term.kind) != Cause::history && std::abs(term.weight) < kNegligible * most;
+  });
   std::vector<double> largest(result.regions.size(), 0.0);
   for (std::size_t r = 0; r < about_.paths.size(); ++r) {
     const Measured& m = about_.excitation->data()[r];
     const Trajectory& path = about_.paths[r];
+    std::vector<bool> learnt(m.samples(), false);
+    for (std::size_t w = 0; w < folds.size(); ++w) {
+      const Segment& window = response.windows()[w];
+      if (window.recording != r || folds[w] == left_out) continue;
+      std::fill_n(learnt.begin() + static_cast<std::ptrdiff_t>(window.first), window.samples(), true);
+    }
     Remainder::Memory memory;
     for (std::size_t k = 0; k < m.samples(); ++k) {
       const auto row = static_cast<Eigen::Index>(k);
       const JointVector q = path.position.row(row), v = path.velocity.row(row), u = m.input.row(row);
       memory = remember(result, m, path, k == 0 ? 0 : k - 1, k, std::move(memory));
+      if (!learnt[k]) continue;
       const JointVector torque = result.torque(memory, q, v, u, m.time[k]);
       for (std::size_t j = 0; j < largest.size(); ++j) {
         largest[j] = std::max(largest[j], std::abs(torque[static_cast<Eigen::Index>(j)]));

@@ -28,9 +28,12 @@ class Discrepancy {
   };
   Dependence dependence(const Eigen::VectorXd& target) const;
 
-  /// The torque in one joint that explains `target` best: of all causes (time only if it leads, for its terms mean
-  /// little elsewhere) or of the leading one alone; without the windows of the fold `left_out` if that is not -1.
-  Remainder remainder(const Eigen::VectorXd& target, const Dependence& on, bool leading_only, int left_out = -1) const;
+  /// On what a remainder may depend: on the leading cause alone, also on those richer terms (products of two causes,
+  /// stairs) that explain most, or on all (time only if it leads, for its terms mean little elsewhere).
+  enum class Scope { leading, rich, all };
+
+  /// The torque in one joint that explains `target` best; without the windows of the fold `left_out` if that is not -1.
+  Remainder remainder(const Eigen::VectorXd& target, const Dependence& on, Scope scope, int left_out = -1) const;
 
   /// Log evidence of the best set of effects beside a discrepancy less that of the discrepancy alone, each with the
   /// size of the discrepancy that suits it best; and that set.
@@ -43,7 +46,7 @@ class Discrepancy {
  private:
   struct Group {
     Cause cause = Cause::position;
-    bool state = false;  // position and velocity together
+    bool rich = false;  // the product of two causes, or finer than what causes are compared by
     int joint = 0;
     std::vector<Term> terms;
     Eigen::MatrixXd columns;  // response to each term, scaled to the prior
@@ -57,6 +60,8 @@ class Discrepancy {
   static Ridge ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target);
 
   const Linearisation& about_;
+  const Group* best_rich(const Eigen::VectorXd& target, int joint) const;
+
   std::vector<Group> groups_;
 };
 

@@ -16,6 +16,7 @@ constexpr double kFloor = 1e-5;        // of the positions' response to the nomi
 constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted,
 constexpr double kScreenError = 1e-3;  // and of the nats that the best explains: the screen is linear
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
+constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last
 constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: simple laws are wanted as well
 constexpr double kLost = 20.0;         // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
@@ -220,7 +221,8 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
   nominal = adjusted(nominal, data, paths, result.noise, options);
   result.start = nominal;
   Fits fits(nominal, data, options);
-  std::vector<std::vector<Effect>> kept;  // the best sets of the round before
+  std::vector<std::vector<Effect>> kept;  // the best sets of the round before,
+  double reached = -kInfinity;            // and the evidence of the best
   for (int round = 0; round < kRounds; ++round) {
     std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
     result.rows = static_cast<double>(about->response->rows());
@@ -243,7 +245,10 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     for (Candidate& candidate : result.candidates) candidate.probability /= sum;
     result.linearisation = about;
     const double left = result.excess(result.best().fit);
-    if (result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) break;
+    const double evidence = result.best().fit.log_evidence;
+    const bool settled = round > 0 && evidence < reached + kGain;
+    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) break;
+    reached = evidence;
     kept.clear();
     for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
     paths = simulated(fits.problem(), result.best().fit, about->paths);

@@ -23,6 +23,7 @@ constexpr int kExactIterations = 6;
 constexpr int kRoughIterations = 2;
 constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
+constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
 constexpr double kUnusual = 1.0;   // standard deviations of a window's squares, beyond which its start is polished
 
 /// Simulates windows of a fit's model.
@@ -370,6 +371,35 @@ void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
       -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
 }
 
+/// A model simulated as it is given. `starts` of windows, if another fit has found them.
+Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+  Fit current;
+  current.plant = problem.nominal;
+  current.effects = std::move(effects);
+  current.unknowns =
+      list_unknowns(current.plant, current.effects, problem.free, problem.data, problem.excitation.paths());
+  const bool hidden = Machine(current.plant, current.effects).has_hidden_states();
+  for (const Segment& window : problem.response.windows()) {
+    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], hidden));
+  }
+  Eigen::VectorXd values = values_of(current);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
+    values[i] = std::clamp(values[i], unknown.low, unknown.high);
+  }
+  assign(current, values);
+  for (std::size_t w = 0; w < starts.size(); ++w) {
+    const Eigen::Index states = 2 * joints(current.plant);
+    if (starts[w].size() == current.starts[w].size()) {
+      current.starts[w] = starts[w];
+    } else {
+      current.starts[w].head(states) = starts[w].head(states);
+    }
+  }
+  simulate(problem, current, starts.empty() ? 2 : 0);
+  return current;
+}
+
 }  // namespace
 
 double Fit::deviation(int effect, std::string_view name) const {
@@ -406,30 +436,16 @@ double adequate_step(const FitProblem& problem) {
   return kShortestStep;
 }
 
-Fit fit(const FitProblem& problem, std::vector<Effect> effects) {
-  Fit current;
-  current.plant = problem.nominal;
-  current.effects = std::move(effects);
-  current.unknowns =
-      list_unknowns(current.plant, current.effects, problem.free, problem.data, problem.excitation.paths());
-  const bool hidden = Machine(current.plant, current.effects).has_hidden_states();
-  for (const Segment& window : problem.response.windows()) {
-    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], hidden));
-  }
-  Eigen::VectorXd values = values_of(current);
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
-    values[i] = std::clamp(values[i], unknown.low, unknown.high);
-  }
-  assign(current, values);
-  simulate(problem, current, 2);
+Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+  Fit current = begin(problem, std::move(effects), starts);
 
   // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
   const auto rows = static_cast<double>(problem.response.rows());
   const double usual = rows + kUnusual * std::sqrt(2.0 * rows);
   descend(problem, current, false, kLinearIterations);
   polish(problem, current);
-  if (current.squares > usual) {
+  const bool hopeless = current.squares > kHopeless * usual && current.squares > kBehind * problem.best;
+  if (current.squares > usual && !hopeless) {
     const Eigen::MatrixXd slopes =
         descend(problem, current, true, current.squares > kHopeless * usual ? kRoughIterations : kExactIterations);
     current.refined = current.squares <= kHopeless * usual;
@@ -440,10 +456,21 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects) {
   return current;
 }
 
+double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+  return begin(problem, std::move(effects), starts).squares;
+}
+
 Fit refined(const FitProblem& problem, Fit current) {
   current.refined = true;
   weigh(problem, current, descend(problem, current, true, kExactIterations));
   return current;
+}
+
+std::vector<Eigen::MatrixXd> rests(const FitProblem& problem, const Fit& fit) {
+  const Runs runs(problem, fit);
+  std::vector<Eigen::MatrixXd> list;
+  for (std::size_t w = 0; w < fit.starts.size(); ++w) list.push_back(runs.rest(w, fit.starts[w]));
+  return list;
 }
 
 std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere) {

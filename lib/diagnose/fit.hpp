@@ -31,18 +31,25 @@ struct FitProblem {
   const Excitation& excitation;
   double penalty = 3.0;     // nats per effect
   double max_step = 0.011;  // s, of the integration
+  double best = kInfinity;  // squares of the best fit so far
 };
 
 /// Longest step of the integration (s) that moves simulations by less than a twentieth of the noise.
 double adequate_step(const FitProblem& problem);
 
 /// Most probable parameters by damped Gauss-Newton steps: residuals from free runs of the machine, slopes from the
-/// linear response and, where those mislead, from the machine itself. `effects` is the start. Throws NumericalError
-/// when not even the start can be simulated.
-Fit fit(const FitProblem& problem, std::vector<Effect> effects);
+/// linear response and, where those mislead, from the machine itself. `effects` is the start, with `starts` those of
+/// the windows as another fit has found them. Throws NumericalError when not even the start can be simulated.
+Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts = {});
+
+/// Squares of the residual there, before anything is adjusted.
+double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts);
 
 /// The same from where a fit is, with slopes from the machine itself.
 Fit refined(const FitProblem& problem, Fit fit);
+
+/// Measured less simulated positions of a fit, per window (samples x joints).
+std::vector<Eigen::MatrixXd> rests(const FitProblem& problem, const Fit& fit);
 
 /// Simulated motion of a fit over its windows, elsewhere what `elsewhere` says.
 std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere);

@@ -11,7 +11,7 @@ namespace {
 constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
 constexpr double kClose = 20.0;        // nats behind the best, within which fits are brought to their true optima,
 constexpr std::size_t kFinalists = 6;  // this many of them,
-constexpr double kNested = 2000.0;     // and subsets of the best within this many nats
+constexpr double kNested = 2000.0;     // and what the best contains, within this many nats
 constexpr double kConvergence = 0.5;   // nats that a new start must gain
 
 }  // namespace
@@ -30,7 +30,7 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
 const Fit* Fits::add(std::vector<Effect> effects) {
   const std::string name = key(effects);
   if (!tried_.insert(name).second) return find(name);
-  if (redundant(effects)) return nullptr;
+  if (redundant(effects) || !allowed(effects)) return nullptr;
   // What was found about another motion is the better start.
   if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
   try {
@@ -73,12 +73,12 @@ void Fits::add_simpler() {
 }
 
 void Fits::refine() {
-  std::set<std::pair<std::string, std::string>> asked;
+  std::map<std::pair<std::string, std::string>, double> asked;  // squares of the second when the first began there
   for (bool again = true; again;) {
     again = false;
     const std::vector<Fit> list = finalists();
     for (std::size_t i = 0; i < list.size() && !again; ++i) {
-      if (list[i].refined) continue;
+      if (list[i].refined || list.front().log_evidence - list[i].log_evidence > kNested) continue;
       fits_.insert_or_assign(key(list[i].effects), refined(problem(), list[i]));
       again = true;
     }
@@ -86,8 +86,11 @@ void Fits::refine() {
       for (std::size_t k = 0; k < list.size() && !again; ++k) {
         if (list[k].squares >= list[i].squares) continue;
         const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
-        if (starts.empty() || !asked.emplace(key(list[i].effects), key(list[k].effects)).second) continue;
-        for (const std::vector<Effect>& start : starts) again |= improve(start);
+        if (starts.empty()) continue;
+        double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
+        if (list[k].squares > known - kConvergence) continue;
+        known = list[k].squares;
+        for (const std::vector<Effect>& start : starts) again |= improve(start, list[k].starts);
       }
     }
   }
@@ -101,35 +104,49 @@ std::vector<const Fit*> Fits::ranked() const {
 }
 
 FitProblem Fits::problem() const {
-  return {nominal_, options_.free, data_, *about_->response, *about_->excitation, options_.penalty, max_step_};
+  double best = kInfinity;
+  for (const auto& [name, fit] : fits_) best = std::min(best, fit.squares);
+  return {nominal_, options_.free, data_, *about_->response, *about_->excitation, options_.penalty, max_step_, best};
 }
 
-/// Those that are nearly as good as the best, and its own subsets.
+/// Those that are nearly as good as the best, its own subsets, and what it is with a simpler law.
 std::vector<Fit> Fits::finalists() const {
   std::vector<Fit> list;
   const std::vector<const Fit*> best = ranked();
   const std::vector<Effect>& set = best.front()->effects;
   std::set<std::string> subsets;
-  for (std::size_t drop = 0; drop < set.size(); ++drop) subsets.insert(key(without(set, drop)));
+  for (std::size_t e = 0; e < set.size(); ++e) {
+    subsets.insert(key(without(set, e)));
+    std::vector<Effect> simpler = set;
+    if (simplify(simpler[e].form)) subsets.insert(key(simpler));
+  }
   for (const Fit* fit : best) {
     const double behind = best.front()->log_evidence - fit->log_evidence;
     const bool close = behind < kClose && list.size() < kFinalists;
-    if (close || (behind < kNested && subsets.contains(key(fit->effects)))) list.push_back(*fit);
+    if (close || subsets.contains(key(fit->effects))) list.push_back(*fit);
   }
   return list;
 }
 
-/// Fits a set once more from other parameters; true if that is better.
-bool Fits::improve(const std::vector<Effect>& start) {
+/// Fits a set once more from other parameters if they are a better place than it has found; true if it gains.
+bool Fits::improve(const std::vector<Effect>& start, const std::vector<WindowStart>& starts) {
   try {
-    Fit tried = refined(problem(), fit(problem(), start));
     Fit& known = fits_.at(key(start));
+    if (squares_at(problem(), start, starts) >= known.squares) return false;
+    Fit tried = refined(problem(), fit(problem(), start, starts));
     if (tried.log_evidence < known.log_evidence + kConvergence) return false;
     known = std::move(tried);
     return true;
   } catch (const NumericalError&) {
     return false;
   }
+}
+
+/// Whether a set consists of effects that the user's catalogue holds.
+bool Fits::allowed(const std::vector<Effect>& effects) const {
+  return std::all_of(effects.begin(), effects.end(), [&](const Effect& effect) {
+    return std::find(options_.allowed.begin(), options_.allowed.end(), effect.form.index()) != options_.allowed.end();
+  });
 }
 
 const Fit* Fits::find(const std::string& name) const {

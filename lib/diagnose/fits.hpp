@@ -40,7 +40,8 @@ class Fits {
 
  private:
   std::vector<Fit> finalists() const;
-  bool improve(const std::vector<Effect>& start);
+  bool improve(const std::vector<Effect>& start, const std::vector<WindowStart>& starts);
+  bool allowed(const std::vector<Effect>& effects) const;
   const Fit* find(const std::string& name) const;
 
   const Plant& nominal_;

@@ -10,7 +10,7 @@ namespace bayesctrl {
 namespace {
 
 constexpr int kRounds = 6;
-constexpr double kStepOfRemainder = 2e-3;  // s: its terms can be steep
+constexpr double kStepOfRemainder = 5e-3;  // s: its terms can be steep
 
 }  // namespace
 
@@ -79,12 +79,14 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
                         kRounds);
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);
-      squares += (measured - simulated).squaredNorm();
+      result.window_rms.push_back(std::sqrt((measured - simulated).squaredNorm() / static_cast<double>(size * n)));
       result.simulated[r].middleRows(first, size) = simulated;
       result.velocity[r].middleRows(first, size) = states.rightCols(n);
     } catch (const NumericalError&) {
-      squares += (measured.rowwise() - measured.colwise().mean()).squaredNorm();
+      const Eigen::MatrixXd moved = measured.rowwise() - measured.colwise().mean();
+      result.window_rms.push_back(std::sqrt(moved.squaredNorm() / static_cast<double>(size * n)));
     }
+    squares += result.window_rms.back() * result.window_rms.back() * static_cast<double>(size * n);
   }
   result.rms = std::sqrt(squares / std::max(1.0, result.samples));
   return result;

@@ -125,13 +125,15 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
     const Eigen::VectorXd size = free.colwise().norm();
     const Eigen::MatrixXd scaled = free * size.cwiseInverse().asDiagonal();
     const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).ldlt().solve(scaled.transpose());
-    Eigen::MatrixXd start_map(states, samples * n);
+    Eigen::MatrixXd start_map(states, samples * n), by_start(samples * n, states);
     for (Eigen::Index j = 0; j < n; ++j) {
       for (Eigen::Index i = 0; i < samples; ++i) {
+        by_start.row(i * n + j) = free.row(j * samples + i) * noise[j];
         start_map.col(i * n + j) = size.cwiseInverse().cwiseProduct(inverse.col(j * samples + i)) / noise[j];
       }
     }
     start_.push_back(std::move(start_map));
+    by_start_.push_back(std::move(by_start));
     offset_.push_back(rows_);
     rows_ += rows;
   }
@@ -146,6 +148,11 @@ Eigen::VectorXd LinearResponse::project(std::size_t window, const Eigen::MatrixX
 
 StateVector LinearResponse::initial_change(std::size_t window, const Eigen::MatrixXd& positions) const {
   return start_[window] * positions.transpose().reshaped();
+}
+
+Eigen::MatrixXd LinearResponse::without_start(std::size_t window, const Eigen::MatrixXd& positions) const {
+  const Eigen::VectorXd explained = by_start_[window] * (start_[window] * positions.transpose().reshaped());
+  return positions - explained.reshaped(positions.cols(), positions.rows()).transpose();
 }
 
 Eigen::MatrixXd LinearResponse::responses(const std::vector<Eigen::MatrixXd>& acceleration) const {

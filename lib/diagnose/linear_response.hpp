@@ -39,13 +39,17 @@ class LinearResponse {
   /// Change of the window's initial state [q, v] that explains `positions` best.
   StateVector initial_change(std::size_t window, const Eigen::MatrixXd& positions) const;
 
+  /// `positions` of one window less what a change of its initial state explains best.
+  Eigen::MatrixXd without_start(std::size_t window, const Eigen::MatrixXd& positions) const;
+
  private:
   int joints_;
   std::vector<Segment> windows_;
   std::vector<Eigen::Index> offset_;         // first row of each window
   std::vector<Eigen::MatrixXd> map_;         // per window: rows x (steps * joints)
   std::vector<Eigen::MatrixXd> projection_;  // per window: rows x (samples * joints), the same order
-  std::vector<Eigen::MatrixXd> start_;       // per window: states x (samples * joints), least squares
+  std::vector<Eigen::MatrixXd> start_;       // per window: states x (samples * joints), least squares,
+  std::vector<Eigen::MatrixXd> by_start_;    // and (samples * joints) x states, what it does to positions
   Eigen::VectorXd target_;
   Eigen::VectorXd noise_ratio_;
   Eigen::Index rows_ = 0;

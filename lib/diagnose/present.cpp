@@ -46,6 +46,22 @@ ordered_json shares_json(const Shares& shares) {
   return object;
 }
 
+ordered_json residual_json(const ResidualTests& tests, const std::vector<Measured>& data) {
+  const Measured& changed = data[tests.change_recording];
+  const auto correlation = [](const ResidualTests::Correlation& c) -> ordered_json {
+    return {{"correlation", c.value}, {"lag_s", c.lag}, {"p_value", c.p}};
+  };
+  return {{"slow_modes", {{"share", tests.slow_share}, {"p_value", tests.slow_p}}},
+          {"autocorrelation", {{"ljung_box", tests.autocorrelation}, {"p_value", tests.autocorrelation_p}}},
+          {"input", correlation(tests.input)},
+          {"feedback", correlation(tests.feedback)},
+          {"change",
+           {{"cusum", tests.change},
+            {"recording", changed.name},
+            {"time", changed.start + tests.change_time},
+            {"p_value", tests.change_p}}}};
+}
+
 ordered_json no_fit() { return {{"before", nullptr}, {"refit", nullptr}, {"after", nullptr}}; }
 
 ordered_json empty_diagnosis() {
@@ -66,6 +82,7 @@ ordered_json empty_diagnosis() {
       {"alternatives", ordered_json::array()},
       {"indistinguishable", ordered_json::array()},
       {"fit", {{"unit", "rad"}, {"horizon_s", 1.0}, {"noise_floor", 0.0}, {"train", no_fit()}, {"held_out", no_fit()}}},
+      {"residual", ordered_json::object()},
       {"next_experiment", nullptr},
       {"parameters", ordered_json::object()},
       {"seconds", 0.0}};

@@ -4,6 +4,7 @@
 
 #include "diagnose/discrepancy.hpp"
 #include "diagnose/free_runs.hpp"
+#include "diagnose/residual_tests.hpp"
 #include "diagnose/spec.hpp"
 #include "io/table.hpp"
 
@@ -13,6 +14,9 @@ namespace bayesctrl {
 nlohmann::ordered_json empty_diagnosis();
 
 nlohmann::ordered_json shares_json(const Shares& shares);
+
+/// One of `residual`'s tests.
+nlohmann::ordered_json residual_json(const ResidualTests& tests, const std::vector<Measured>& data);
 
 /// {before, refit, after}, null.
 nlohmann::ordered_json no_fit();

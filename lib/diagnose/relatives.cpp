@@ -97,6 +97,10 @@ std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, 
   for (std::size_t drop = 0; drop < other.size(); ++drop) {
     if (key(without(other, drop)) == key(wanted)) return {without(other, drop)};
   }
+  for (std::size_t e = 0; e < other.size(); ++e) {
+    std::vector<Effect> simpler = other;
+    if (simplify(simpler[e].form) && key(simpler) == key(wanted)) return {simpler};
+  }
   std::vector<std::vector<Effect>> starts;
   for (std::size_t e = 0; e < wanted.size(); ++e) {
     std::vector<Effect> simpler = wanted;

@@ -26,7 +26,8 @@ std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Eff
 /// the screen cannot tell them apart.
 std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set);
 
-/// Parameters for one set from those of another: a larger one, or one with a simpler law. Empty for all others.
+/// Parameters for one set from those of another: a larger one, or one with a simpler or richer law. Empty for all
+/// others.
 std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, const std::vector<Effect>& other);
 
 }  // namespace bayesctrl

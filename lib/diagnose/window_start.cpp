@@ -9,7 +9,9 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kPieces = 4;  // of a step whose input is a straight line
+constexpr int kPieces = 4;        // of a step whose input is a straight line
+constexpr double kLittle = 1e-5;  // of the squares, gained by a round: enough
+constexpr double kMuch = 0.1;     // beyond which the slopes are formed anew
 
 }  // namespace
 
@@ -22,11 +24,11 @@ WindowStart first_start(const Segment& window, const Trajectory& path, bool hidd
 }
 
 WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds) {
-  Eigen::MatrixXd rest = rest_of(x);
+  Eigen::MatrixXd rest = rest_of(x), slopes(rest.size(), x.size());
   double damping = 1e-6;
+  bool slopes_hold = false;  // near enough those of the present start
   for (int round = 0; round < rounds; ++round) {
-    Eigen::MatrixXd slopes(rest.size(), x.size());
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
+    for (Eigen::Index i = 0; i < x.size() && !slopes_hold; ++i) {
       WindowStart moved = x;
       moved[i] += kStartStep;
       slopes.col(i) = ((rest - rest_of(moved)) / kStartStep).reshaped();
@@ -52,8 +54,14 @@ WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& 
         rest = tried;
         damping *= 0.1;
       }
+      if (slopes_hold) break;  // no use in shorter steps along old slopes
     }
-    if (gained <= 1e-5 * before) break;
+    if (gained <= kLittle * before) {
+      if (!slopes_hold || gained > 0.0) break;
+      slopes_hold = false;
+    } else {
+      slopes_hold = gained < kMuch * before;
+    }
   }
   return x;
 }

@@ -15,15 +15,32 @@ constexpr int kStopIterations = 30;     // of the search for the instant at whic
 constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands
 constexpr double kShortestStep = 3e-4;  // s
 constexpr double kSettled = 1e-4;       // of the velocity, by which a hidden state still moves
-constexpr int kMostStops = 16;          // within one step; beyond that the joint is taken to rest
+constexpr int kMostStops = 16;          // within one step; beyond that joints that stand rest until its end
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
+
+using Slots = Eigen::Matrix<double, kMaxJoints, 1>;  // one value per joint, 0 beyond: plain arithmetic without sizes
+
+Slots padded(const JointVector& values) {
+  Slots slots = Slots::Zero();
+  for (Eigen::Index j = 0; j < values.size(); ++j) slots[j] = values[j];
+  return slots;
+}
+
+/// What torques add to accelerations.
+Slots moved_by(const JointMatrix& mobility, const Slots& torque) {
+  Slots result = Slots::Zero();
+  for (Eigen::Index i = 0; i < mobility.rows(); ++i) {
+    for (Eigen::Index j = 0; j < mobility.cols(); ++j) result[i] += mobility(i, j) * torque[j];
+  }
+  return result;
+}
 
 }  // namespace
 
 /// [q, v], and one hidden state per joint (presliding).
 struct Machine::State {
-  JointVector q, v, z;
+  Slots q, v, z;
 };
 
 /// Where in time and in which regime the machine is: direction of sliding (0: stuck) of each joint with dry friction,
@@ -31,8 +48,8 @@ struct Machine::State {
 struct Machine::Moment {
   double t = 0.0;
   const std::vector<Drive>* drives = nullptr;
-  std::array<std::size_t, kSlots> segment{};
-  std::array<int, kSlots> direction{};
+  std::array<std::size_t, kMaxJoints> segment{};
+  std::array<int, kMaxJoints> direction{};
   Remainder::Memory memory;
 };
 
@@ -78,28 +95,34 @@ JointVector Machine::measured(const JointVector& position) const {
   return shown;
 }
 
-/// q'' at one state. Joints that are stuck do not accelerate; the torques that hold them go to `holding_torque`.
-JointVector Machine::acceleration(const State& state, const Moment& moment, double t,
-                                  JointVector* holding_torque) const {
+/// Inputs of all joints at time t.
+JointVector Machine::input_at(const Moment& moment, double t) const {
   JointVector input(joints_);
   for (int j = 0; j < joints_; ++j) {
     const auto slot = static_cast<std::size_t>(j);
     input[j] = (*moment.drives)[slot].at(moment.segment[slot], t);
   }
-  const Motion nominal = motion(plant_, state.q, state.v, input, t);
-  JointVector external = JointVector::Zero(joints_), tilted = external, motor = input;
+  return input;
+}
+
+/// q'' at one state. Joints that are stuck do not accelerate; the torques that hold them go to `holding_torque`.
+Slots Machine::acceleration(const State& state, const Moment& moment, double t, Slots* holding_torque) const {
+  const JointVector q = state.q.head(joints_), v = state.v.head(joints_), input = input_at(moment, t);
+  const Motion nominal = motion(plant_, q, v, input, t);
+  Slots external = Slots::Zero(), torque = external, motor = external;
   if (needs_external_torque_) {
-    external = external_torque(plant_, state.q);
-    tilted = tilt_.isZero() ? external : external_torque(plant_, state.q + tilt_);
-    motor = motor_torque(state.q, state.v, input, t);
+    external = padded(external_torque(plant_, q));
+    if (!tilt_.isZero()) torque = padded(external_torque(plant_, q + tilt_)) - external;
+    motor = padded(motor_torque(q, v, input, t));
+  } else {
+    motor = padded(input);
   }
 
-  JointVector torque = tilted - external;
-  if (!remainder_.empty()) torque += remainder_.torque(moment.memory, state.q, state.v, input, t);
-  JointVector friction = JointVector::Zero(joints_);
+  if (!remainder_.empty()) torque += padded(remainder_.torque(moment.memory, q, v, input, t));
+  Slots friction = Slots::Zero();
   for (const Effect& effect : effects_) {
     const int j = effect.joint;
-    const JointState seen{state.q[j], state.v[j], t, motor[j], external[j], state.q[neighbour_of(j, joints_)]};
+    const JointState seen{q[j], v[j], t, motor[j], external[j], q[neighbour_of(j, joints_)]};
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (TimedEffect<E>) {  // steps end at its switch: what holds at their beginning holds throughout
@@ -116,21 +139,21 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
 
   // (M + D) q'' = M nominal + torques, D the added inertia and M^-1 the mobility: q'' = (1 + M^-1 D)^-1 (...).
   JointMatrix mobility = nominal.mobility;
-  JointVector result = nominal.acceleration + nominal.mobility * torque;
+  Slots result = padded(nominal.acceleration) + moved_by(mobility, torque);
   if (joints_ == 1) {
-    const double scale = 1.0 / (1.0 + nominal.mobility(0, 0) * added_inertia_[0]);
-    mobility *= scale;
-    result *= scale;
+    const double scale = 1.0 / (1.0 + mobility(0, 0) * added_inertia_[0]);
+    mobility(0, 0) *= scale;
+    result[0] *= scale;
   } else if (added_inertia_.any()) {
-    const JointMatrix system = JointMatrix::Identity(joints_, joints_) + nominal.mobility * added_inertia_.asDiagonal();
+    const JointMatrix system = JointMatrix::Identity(joints_, joints_) + mobility * added_inertia_.asDiagonal();
     const auto factor = system.partialPivLu();
     mobility = factor.solve(mobility).eval();
-    result = factor.solve(result).eval();
+    result = padded(factor.solve(result.head(joints_)));
   }
 
   // The torques f that keep the stuck joints S at rest: mobility_SS f_S = -q''_S.
-  JointVector held = JointVector::Zero(joints_);
-  std::array<int, kSlots> stuck{};
+  Slots held = Slots::Zero();
+  std::array<int, kMaxJoints> stuck{};
   int count = 0;
   for (int j = 0; j < joints_; ++j) {
     const auto slot = static_cast<std::size_t>(j);
@@ -148,7 +171,7 @@ JointVector Machine::acceleration(const State& state, const Moment& moment, doub
     const JointVector f =
         count == 1 ? JointVector(wanted / system(0, 0)) : JointVector(system.partialPivLu().solve(wanted));
     for (int a = 0; a < count; ++a) held[stuck[static_cast<std::size_t>(a)]] = f[a];
-    result += mobility * held;
+    result += moved_by(mobility, held);
     for (int a = 0; a < count; ++a) result[stuck[static_cast<std::size_t>(a)]] = 0.0;
   }
   if (holding_torque != nullptr) *holding_torque = held;
@@ -167,13 +190,9 @@ JointVector Machine::motor_torque(const JointVector& q, const JointVector& v, co
 double Machine::holding(const State& state, const Moment& moment, int joint) const {
   double external = 0.0, motor = 0.0;
   if (needs_external_torque_) {
-    JointVector input(joints_);
-    for (int j = 0; j < joints_; ++j) {
-      const auto slot = static_cast<std::size_t>(j);
-      input[j] = (*moment.drives)[slot].at(moment.segment[slot], moment.t);
-    }
-    external = external_torque(plant_, state.q)[joint];
-    motor = motor_torque(state.q, state.v, input, moment.t)[joint];
+    const JointVector q = state.q.head(joints_), v = state.v.head(joints_);
+    external = external_torque(plant_, q)[joint];
+    motor = motor_torque(q, v, input_at(moment, moment.t), moment.t)[joint];
   }
   const JointState seen{state.q[joint], 0.0, moment.t, motor, external, state.q[neighbour_of(joint, joints_)]};
   double level = 0.0;
@@ -215,8 +234,8 @@ double Machine::fine_step(const State& state, const Moment& moment, bool goes_on
 /// One Runge-Kutta step of length h in the present regime.
 Machine::State Machine::step(const State& state, const Moment& moment, double h) const {
   // Hidden states follow z' = rate(v, z), linear in z, exactly for a velocity that is constant within the step.
-  const auto settled = [&](const JointVector& v, double by) {
-    JointVector z = state.z;
+  const auto settled = [&](const Slots& v, double by) {
+    Slots z = state.z;
     for (const Effect& effect : effects_) {
       std::visit(
           [&]<class E>(const E& form) {
@@ -230,18 +249,18 @@ Machine::State Machine::step(const State& state, const Moment& moment, double h)
     }
     return z;
   };
-  const auto moved = [&](const JointVector& dq, const JointVector& dv, const JointVector& z, double by) {
+  const auto moved = [&](const Slots& dq, const Slots& dv, const Slots& z, double by) {
     return State{state.q + by * dq, state.v + by * dv, z};
   };
   const double t = moment.t;
-  const JointVector a1 = acceleration(state, moment, t, nullptr);
+  const Slots a1 = acceleration(state, moment, t, nullptr);
   const State s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
-  const JointVector a2 = acceleration(s2, moment, t + 0.5 * h, nullptr);
+  const Slots a2 = acceleration(s2, moment, t + 0.5 * h, nullptr);
   const State s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
-  const JointVector a3 = acceleration(s3, moment, t + 0.5 * h, nullptr);
+  const Slots a3 = acceleration(s3, moment, t + 0.5 * h, nullptr);
   const State s4 = moved(s3.v, a3, settled(s3.v, h), h);
-  const JointVector a4 = acceleration(s4, moment, t + h, nullptr);
-  const JointVector mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
+  const Slots a4 = acceleration(s4, moment, t + h, nullptr);
+  const Slots mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
   return moved(mean, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, settled(mean, h), h);
 }
 
@@ -261,7 +280,7 @@ void Machine::settle(State& state, Moment& moment) const {
     bool any = false;
     for (int j = 0; j < joints_; ++j) any |= standing(j);
     if (!any) return;
-    JointVector held;
+    Slots held;
     acceleration(state, moment, moment.t, &held);
     int worst = -1;
     double excess = 0.0;
@@ -286,7 +305,7 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
     const double left = end - moment.t;
     double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, true)));
     State next = step(state, moment, h);
-    if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).any()) {
+    if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).head(joints_).any()) {
       h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, false)));
       next = step(state, moment, h);
     }
@@ -332,7 +351,11 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
     state.v[stopping] = 0.0;
     moment.t += instant;
     settle(state, moment);
-    if (++stops > kMostStops) moment.direction[static_cast<std::size_t>(stopping)] = 0;
+    if (++stops > kMostStops) {  // joints that set one another free without end
+      for (int j = 0; j < joints_; ++j) {
+        if (state.v[j] == 0.0) moment.direction[static_cast<std::size_t>(j)] = 0;
+      }
+    }
   }
   moment.t = end;
 }
@@ -366,23 +389,22 @@ void Machine::advance_to(State& state, Moment& moment, double goal, double max_s
 /// The same; the remainder then remembers what has happened in between.
 void Machine::advance_and_remember(State& state, Moment& moment, double goal, double max_step) const {
   if (remainder_.empty()) return advance_to(state, moment, goal, max_step);
-  JointVector input(joints_);
-  for (int j = 0; j < joints_; ++j) {
-    const auto slot = static_cast<std::size_t>(j);
-    input[j] = (*moment.drives)[slot].at(moment.segment[slot], moment.t);
+  const JointVector input = input_at(moment, moment.t);
+  if (moment.memory.empty()) {
+    moment.memory = remainder_.begin(state.q.head(joints_), state.v.head(joints_), input);
   }
-  if (moment.memory.empty()) moment.memory = remainder_.begin(state.q, state.v, input);
   const double since = moment.t;
   const State before = state;
   advance_to(state, moment, goal, max_step);
-  remainder_.advance(moment.memory, 0.5 * (before.q + state.q), 0.5 * (before.v + state.v), input, goal - since);
+  const Slots q = 0.5 * (before.q + state.q), v = 0.5 * (before.v + state.v);
+  remainder_.advance(moment.memory, q.head(joints_), v.head(joints_), input, goal - since);
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
                              const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step,
                              const JointVector& hidden, Eigen::MatrixXd* states,
                              const Remainder::Memory& memory) const {
-  State state{start.head(joints_), start.tail(joints_), hidden};
+  State state{padded(start.head(joints_)), padded(start.tail(joints_)), padded(hidden)};
   Moment moment;
   moment.t = time[first];
   moment.drives = &drives;
@@ -396,9 +418,11 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
   Eigen::MatrixXd shown(static_cast<Eigen::Index>(last - first + 1), joints_);
   if (states != nullptr) states->resize(shown.rows(), 2 * joints_);
   for (std::size_t k = first;; ++k) {
-    shown.row(static_cast<Eigen::Index>(k - first)) = measured(state.q);
-    if (states != nullptr)
-      states->row(static_cast<Eigen::Index>(k - first)) << state.q.transpose(), state.v.transpose();
+    const auto row = static_cast<Eigen::Index>(k - first);
+    shown.row(row) = measured(state.q.head(joints_));
+    if (states != nullptr) {
+      states->row(row) << state.q.head(joints_).transpose(), state.v.head(joints_).transpose();
+    }
     if (!state.q.allFinite() || !state.v.allFinite()) {
       throw NumericalError("the model diverges at t = " + format(moment.t, 6) + " s");
     }
@@ -443,7 +467,7 @@ struct Simulation::Now {
 Simulation::Simulation(const Machine& machine, const StateVector& start, double time, double max_step)
     : machine_(machine), max_step_(max_step), now_(std::make_unique<Now>()) {
   const int n = machine.joints();
-  now_->state = {start.head(n), start.tail(n), JointVector::Zero(n)};
+  now_->state = {padded(start.head(n)), padded(start.tail(n)), Slots::Zero()};
   now_->moment.t = time;
   for (int j = 0; j < n; ++j) now_->drives.emplace_back(machine.effects(), j);
   now_->moment.drives = &now_->drives;
@@ -465,8 +489,9 @@ void Simulation::advance(double time) {
 }
 
 StateVector Simulation::state() const {
-  StateVector x(2 * machine_.joints());
-  x << now_->state.q, now_->state.v;
+  const int n = machine_.joints();
+  StateVector x(2 * n);
+  x << now_->state.q.head(n), now_->state.v.head(n);
   return x;
 }
 

@@ -51,14 +51,15 @@ class Machine {
 
  private:
   friend class Simulation;
-  static constexpr int kSlots = kMaxJoints;
   struct State;
   struct Moment;
 
   double fine_step(const State& state, const Moment& moment, bool goes_on) const;
   JointVector motor_torque(const JointVector& q, const JointVector& v, const JointVector& input, double t) const;
   double holding(const State& state, const Moment& moment, int joint) const;
-  JointVector acceleration(const State& state, const Moment& moment, double t, JointVector* holding_torque) const;
+  JointVector input_at(const Moment& moment, double t) const;
+  Eigen::Matrix<double, kMaxJoints, 1> acceleration(const State& state, const Moment& moment, double t,
+                                                    Eigen::Matrix<double, kMaxJoints, 1>* holding_torque) const;
   State step(const State& state, const Moment& moment, double h) const;
   void settle(State& state, Moment& moment) const;
   void advance(State& state, Moment& moment, double end, double max_step) const;
@@ -69,9 +70,9 @@ class Machine {
   std::vector<Effect> effects_;
   Remainder remainder_;
   int joints_ = 1;
-  std::array<bool, kSlots> dry_{};  // joints with dry friction
-  JointVector added_inertia_;       // per joint
-  JointVector tilt_;                // per joint, rad
+  std::array<bool, kMaxJoints> dry_{};  // joints with dry friction
+  JointVector added_inertia_;           // per joint
+  JointVector tilt_;                    // per joint, rad
   bool needs_external_torque_ = false;
   bool has_hidden_states_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing

@@ -9,7 +9,7 @@ namespace {
 
 double bump(double x, double centre, double width) {
   const double z = (x - centre) / width;
-  return z * z > 60.0 ? 0.0 : std::exp(-0.5 * z * z);
+  return z * z > 30.0 ? 0.0 : std::exp(-0.5 * z * z);
 }
 
 double follow(double m, double towards, double time_constant, double h) {
@@ -25,7 +25,11 @@ Cause cause(TermKind kind) {
     case TermKind::bump_velocity:
     case TermKind::sign_velocity:
     case TermKind::bump_state:
+    case TermKind::position_drag:
+    case TermKind::position_dry:
       return Cause::velocity;
+    case TermKind::position_gain:
+    case TermKind::velocity_gain:
     case TermKind::bump_input:
     case TermKind::sign_input:
       return Cause::input;
@@ -52,6 +56,14 @@ double Term::value(double q, double v, double u, double t, double m) const {
       return bump(t, a, b);
     case TermKind::bump_state:
       return bump(q, a, b) * bump(v, c, d);
+    case TermKind::position_drag:
+      return bump(q, a, b) * v;
+    case TermKind::position_dry:
+      return bump(q, a, b) * std::tanh(v / c);
+    case TermKind::position_gain:
+      return bump(q, a, b) * u;
+    case TermKind::velocity_gain:
+      return bump(v, a, b) * u;
     case TermKind::late_input:
       return m - u;
     case TermKind::late_velocity:

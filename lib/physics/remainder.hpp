@@ -22,6 +22,10 @@ enum class TermKind {
   sign_input,     // tanh(u / a)
   bump_time,      // exp(-(t - a)^2 / 2 b^2)
   bump_state,     // exp(-(q - a)^2 / 2 b^2 - (v - c)^2 / 2 d^2)
+  position_drag,  // exp(-(q - a)^2 / 2 b^2) v
+  position_dry,   // exp(-(q - a)^2 / 2 b^2) tanh(v / c)
+  position_gain,  // exp(-(q - a)^2 / 2 b^2) u
+  velocity_gain,  // exp(-(v - a)^2 / 2 b^2) u
   late_input,     // m - u, m' = (u - m) / a
   late_velocity,  // m - v, m' = (v - m) / a
   late_position,  // m - q, m' = (q - m) / a
@@ -31,10 +35,11 @@ enum class TermKind {
   play,           // m - q, m follows q at the ends of a gap of half-width a
   reversal,       // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
 };
-constexpr std::array<std::string_view, 15> names(TermKind) {
+constexpr std::array<std::string_view, 19> names(TermKind) {
   return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",
-          "bump_time",     "bump_state",    "late_input",    "late_velocity", "late_position",
-          "warm_viscous",  "warm_dry",      "warm_motor",    "play",          "reversal"};
+          "bump_time",     "bump_state",    "position_drag", "position_dry",  "position_gain",
+          "velocity_gain", "late_input",    "late_velocity", "late_position", "warm_viscous",
+          "warm_dry",      "warm_motor",    "play",          "reversal"};
 }
 
 /// What a term looks at.

@@ -3,50 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "base/random.hpp"
 #include "diagnose/explain.hpp"
-#include "physics/machine.hpp"
+#include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
 
-namespace {
-
-const Plant kPendulum = Pendulum{.length = 0.8, .friction = 0.2, .mass = 0.6};
-
-/// 12 s under a sum of sines with noise of 3e-4 rad; half a second is lost from `gap` on (none if negative).
-Measured record(const Machine& machine, double gap, std::uint64_t seed) {
-  RandomStream random(seed);
-  Measured data{"test", {}, {}, {}, 0.0, false};
-  std::vector<double> time;
-  Eigen::MatrixXd input(1200, 1);
-  const double phase = draw_uniform(random, 0.0, 6.0);
-  for (int k = 0; k < 1200; ++k) {
-    const double t = 0.01 * k;
-    time.push_back(t);
-    input(k, 0) = 2.5 * std::sin(1.1 * t + phase) + 1.5 * std::sin(3.7 * t) + std::sin(7.9 * t + phase);
-  }
-  StateVector start(2);
-  start << 0.3, 0.0;
-  const Eigen::MatrixXd q = machine.run(start, time, machine.drives(time, input), 0, 1199, 1e-3);
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index k = 0; k < 1200; ++k) {
-    const double t = time[static_cast<std::size_t>(k)];
-    if (gap < 0.0 || t < gap || t >= gap + 0.5) kept.push_back(k);
-  }
-  data.position = q(kept, Eigen::all);
-  data.input = input(kept, Eigen::all);
-  for (const Eigen::Index k : kept) data.time.push_back(time[static_cast<std::size_t>(k)]);
-  for (double& x : data.position.reshaped()) x += 3e-4 * draw_normal(random);
-  return data;
-}
-
-std::vector<std::size_t> whole_catalogue() {
-  std::vector<std::size_t> all;
-  for (std::size_t i = 0; i < std::variant_size_v<EffectForm>; ++i) all.push_back(i);
-  return all;
-}
-
-}  // namespace
+using testing::kPendulum, testing::record, testing::whole_catalogue;
 
 TEST_CASE("Friction that gives before it slides is found across a gap, after which its state is not known",
           "[diagnose][fit]") {
@@ -112,8 +74,25 @@ TEST_CASE("Starts are handed down from sets that contain one another, and from n
     CHECK(key(start) == key({stribeck, spring}));
     CHECK(std::get<StribeckFriction>(start[1].form).coulomb == 0.3);
   }
+  const auto plain = starts_from({coulomb, spring}, {stribeck, spring});
+  REQUIRE(plain.size() == 1);
+  CHECK(std::get<CoulombFriction>(plain[0][0].form).level == 1.0);
   CHECK(starts_from({spring}, {coulomb}).empty());
   CHECK(starts_from({coulomb, spring}, {coulomb}).empty());
+}
+
+TEST_CASE("What the user's catalogue does not hold is not said, whatever resembles it", "[diagnose][fit]") {
+  const EffectForm hidden = GENERATE(EffectForm(StribeckFriction{0.1, 0.22, 0.2}), EffectForm(CoulombFriction{0.2}),
+                                     EffectForm(PreslidingHysteresis{12.0, 0.25}));
+  const std::size_t only = GENERATE(EffectForm(StribeckFriction{}).index(), EffectForm(CoulombFriction{}).index(),
+                                    EffectForm(PreslidingHysteresis{}).index());
+  INFO(name_of(hidden) << " hidden, allowed " << only);
+  const std::vector<Measured> data{record(Machine(kPendulum, {{hidden, 0, -1}}), -1.0, 6)};
+  const Explanation found = explain(kPendulum, data, {{only}, {}});
+  CHECK_FALSE(found.best().fit.effects.empty());
+  for (const Candidate& candidate : found.candidates) {
+    for (const Effect& effect : candidate.fit.effects) CHECK(effect.form.index() == only);
+  }
 }
 
 TEST_CASE("A catalogue of which nothing can act leaves the nominal alone", "[diagnose][fit]") {

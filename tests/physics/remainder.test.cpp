@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "base/random.hpp"
 #include "physics/machine.hpp"
 
 using namespace bayesctrl;
@@ -45,4 +46,30 @@ TEST_CASE("Beyond what it has seen a remainder goes on constant in velocity and 
   CHECK(torque(0.0, 5.0, 0.0) == torque(0.0, 2.0, 0.0));
   CHECK(torque(0.0, 1.0, 9.0) == torque(0.0, 1.0, 0.0));
   CHECK(std::abs(torque(3.0, 2.0, 0.0)) < 1e-6);
+}
+
+TEST_CASE("Joints whose friction and remainder set one another free without end rest until the next sample",
+          "[remainder]") {
+  // Torques against friction that jump where a joint stops; a step of the integration must come to an end.
+  const TwoLinkArm arm{};
+  for (int draw = 0; draw < 20; ++draw) {
+    RandomStream random(static_cast<std::uint64_t>(draw));
+    Remainder remainder;
+    for (const int joint : {0, 1}) {
+      for (const double width : {1e-7, 1e-4}) {
+        remainder.terms.push_back(
+            {TermKind::sign_velocity, joint, -1, width, 1.0, 0.0, 1.0, draw_uniform(random, -3.0, 3.0)});
+      }
+    }
+    const Machine machine(arm, {{CoulombFriction{1.0}, 0, -1}, {CoulombFriction{1.0}, 1, -1}}, remainder);
+    std::vector<double> time;
+    Eigen::MatrixXd input(101, 2);
+    for (int k = 0; k <= 100; ++k) {
+      time.push_back(0.005 * k);
+      input.row(k) << 2.0 * std::sin(20.0 * time.back()), 1.5 * std::cos(31.0 * time.back());
+    }
+    StateVector start(4);
+    start << 0.1, -0.1, 0.01, -0.02;
+    CHECK(machine.run(start, time, machine.drives(time, input), 0, 100, 0.005).allFinite());
+  }
 }

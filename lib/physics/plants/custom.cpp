@@ -2,6 +2,7 @@
 
 #include <muParser.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -16,6 +17,13 @@ struct Custom::Compiled {
   double t = 0.0;
   std::vector<double> values;
   std::vector<mu::Parser> acceleration, inertia;
+  bool inertia_varies = false;   // with the state
+  std::vector<double> mobility;  // of a constant inertia, per joint
+
+  void settle_mobility() {
+    mobility.clear();
+    for (const mu::Parser& parser : inertia) mobility.push_back(1.0 / parser.Eval());
+  }
 };
 
 Custom::Custom() : Custom({}, {"u"}, {}) {}
@@ -43,6 +51,7 @@ Custom& Custom::operator=(const Custom& other) {
     for (std::size_t i = 0; i < parameters_.items.size(); ++i) {
       parameters_.items[i].second = compiled_->values[i] = other.parameters_.items[i].second;
     }
+    compiled_->settle_mobility();
     return *this;
   }
   return *this = Custom(other);
@@ -57,6 +66,7 @@ void Custom::set_parameter(std::string_view name, double value) {
   for (std::size_t i = 0; i < parameters_.items.size(); ++i) {
     if (parameters_.items[i].first == name) parameters_.items[i].second = compiled_->values[i] = value;
   }
+  compiled_->settle_mobility();
 }
 
 void Custom::compile() {
@@ -111,7 +121,14 @@ void Custom::compile() {
     return parser;
   };
   for (const std::string& text : acceleration_) compiled_->acceleration.push_back(build(text, "acceleration"));
-  for (const std::string& text : inertia_) compiled_->inertia.push_back(build(text, "inertia"));
+  for (const std::string& text : inertia_) {
+    compiled_->inertia.push_back(build(text, "inertia"));
+    for (const auto& [name, place] : compiled_->inertia.back().GetUsedVar()) {
+      compiled_->inertia_varies |= std::none_of(parameters_.items.begin(), parameters_.items.end(),
+                                                [&](const auto& parameter) { return parameter.first == name; });
+    }
+  }
+  compiled_->settle_mobility();
 }
 
 JointVector Custom::acceleration(const JointVector& q, const JointVector& v, const JointVector& u, double t) const {
@@ -144,6 +161,10 @@ JointMatrix Custom::mobility(const JointVector& q, const JointVector& v) const {
   const int n = joint_count();
   JointMatrix result = JointMatrix::Identity(n, n);
   if (inertia_.empty()) return result;
+  if (!compiled_->inertia_varies) {
+    for (int i = 0; i < n; ++i) result(i, i) = compiled_->mobility[static_cast<std::size_t>(i)];
+    return result;
+  }
   for (int i = 0; i < n; ++i) {
     const auto slot = static_cast<std::size_t>(i);
     compiled_->q[slot] = q[i];

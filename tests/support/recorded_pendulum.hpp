@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "base/random.hpp"
+#include "diagnose/measured.hpp"
+#include "physics/machine.hpp"
+
+namespace bayesctrl::testing {
+
+inline const Plant kPendulum = Pendulum{.length = 0.8, .friction = 0.2, .mass = 0.6};
+inline constexpr double kPendulumNoise = 3e-4;  // rad
+
+/// 12 s of a machine with one joint under a sum of sines, sampled at 100 Hz with noise; half a second is lost from
+/// `gap` on (none if negative).
+inline Measured record(const Machine& machine, double gap, std::uint64_t seed) {
+  RandomStream random(seed);
+  Measured data{"test", {}, {}, {}, 0.0, false};
+  std::vector<double> time;
+  Eigen::MatrixXd input(1200, 1);
+  const double phase = draw_uniform(random, 0.0, 6.0);
+  for (int k = 0; k < 1200; ++k) {
+    const double t = 0.01 * k;
+    time.push_back(t);
+    input(k, 0) = 2.5 * std::sin(1.1 * t + phase) + 1.5 * std::sin(3.7 * t) + std::sin(7.9 * t + phase);
+  }
+  StateVector start(2);
+  start << 0.3, 0.0;
+  const Eigen::MatrixXd q = machine.run(start, time, machine.drives(time, input), 0, 1199, 1e-3);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index k = 0; k < 1200; ++k) {
+    const double t = time[static_cast<std::size_t>(k)];
+    if (gap < 0.0 || t < gap || t >= gap + 0.5) kept.push_back(k);
+  }
+  data.position = q(kept, Eigen::all);
+  data.input = input(kept, Eigen::all);
+  for (const Eigen::Index k : kept) data.time.push_back(time[static_cast<std::size_t>(k)]);
+  for (double& x : data.position.reshaped()) x += kPendulumNoise * draw_normal(random);
+  return data;
+}
+
+inline std::vector<std::size_t> whole_catalogue() {
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < std::variant_size_v<EffectForm>; ++i) all.push_back(i);
+  return all;
+}
+
+}  // namespace bayesctrl::testing
