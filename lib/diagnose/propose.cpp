@@ -12,9 +12,12 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kRival = 1e-3;     // probability of a rival that is worth an experiment
-constexpr double kDuration = 10.0;  // s
-constexpr double kPeriod = 0.01;    // s
+constexpr double kRival = 1e-3;        // probability of a rival that is worth an experiment
+constexpr double kDuration = 10.0;     // s
+constexpr double kPeriod = 0.01;       // s,
+constexpr double kShownPeriod = 0.02;  // and of the signal in the report
+constexpr double kFurther = 2.0;       // times the recordings' way: no experiment leads further
+constexpr int kRounds = 5;             // of the rival's attempts to imitate
 
 struct Input {
   std::string text;
@@ -46,7 +49,7 @@ std::vector<Input> family(double amplitude) {
   return list;
 }
 
-/// Measured positions from a start near rest that `moved` displaces.
+/// Measured positions under an input, from a start near rest that `moved` displaces.
 Eigen::VectorXd simulate(const Plant& plant, std::vector<Effect> effects, const Input& input, int joint, int joints,
                          const StateVector& moved) {
   for (Effect& effect : effects) effect.recording = -1;
@@ -61,6 +64,90 @@ Eigen::VectorXd simulate(const Plant& plant, std::vector<Effect> effects, const 
   if (input.text.starts_with("none")) start[joint] += 0.5;
   return machine.run(start, time, machine.drives(time, u), 0, time.size() - 1, 0.011).reshaped();
 }
+
+/// What one explanation shows under an input that another cannot imitate, whatever its parameters and initial state.
+class Difference {
+ public:
+  Difference(const Fit& best, const Fit& rival, const Input& input, int joint, int joints)
+      : rival_(rival), input_(input), joint_(joint), start_(StateVector::Zero(2 * joints)) {
+    wanted_ = simulate(best.plant, best.effects, input, joint, joints, start_);
+    left_ = wanted_ - shown(rival_, start_);
+  }
+
+  /// Largest way of a joint from where it starts, rad or m.
+  double way() const {
+    const Eigen::Map<const Eigen::MatrixXd> q(wanted_.data(), wanted_.size() / (start_.size() / 2), start_.size() / 2);
+    return (q.rowwise() - q.row(0)).cwiseAbs().maxCoeff();
+  }
+
+  /// Squares that are left if the rival were linear in what it may change.
+  double linear_squares() {
+    const Eigen::MatrixXd slopes = this->slopes();
+    change_ = slopes.colPivHouseholderQr().solve(left_);
+    return (left_ - slopes * change_).squaredNorm();
+  }
+
+  /// The same after a few steps of its own.
+  double squares() {
+    for (int round = 0; round < kRounds; ++round) {
+      linear_squares();
+      Fit moved = rival_;
+      StateVector start = start_;
+      for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
+        Unknown& unknown = moved.unknowns[i];
+        unknown.value = std::clamp(unknown.value + change_[static_cast<Eigen::Index>(i)], unknown.low, unknown.high);
+        put(moved, unknown);
+      }
+      start += StateVector(change_.tail(start.size()));
+      const Eigen::VectorXd left = wanted_ - shown(moved, start);
+      if (!(left.squaredNorm() < left_.squaredNorm())) break;
+      rival_ = std::move(moved);
+      start_ = start;
+      left_ = left;
+    }
+    return left_.squaredNorm();
+  }
+
+ private:
+  static void put(Fit& fit, const Unknown& unknown) {
+    if (unknown.effect < 0) {
+      set_parameter(fit.plant, unknown.name, unknown.value);
+    } else {
+      set_parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name, unknown.value);
+    }
+  }
+
+  Eigen::VectorXd shown(const Fit& fit, const StateVector& start) const {
+    return simulate(fit.plant, fit.effects, input_, joint_, static_cast<int>(start_.size()) / 2, start);
+  }
+
+  Eigen::MatrixXd slopes() const {
+    const Eigen::VectorXd here = wanted_ - left_;
+    const auto count = static_cast<Eigen::Index>(rival_.unknowns.size());
+    Eigen::MatrixXd slopes(left_.size(), count + start_.size());
+    for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
+      Unknown unknown = rival_.unknowns[i];
+      const auto at = static_cast<Eigen::Index>(i);
+      const double step = std::max(0.1 * std::sqrt(rival_.covariance(at, at)), unknown.step);
+      Fit moved = rival_;
+      unknown.value += step;
+      put(moved, unknown);
+      slopes.col(at) = (shown(moved, start_) - here) / step;
+    }
+    for (Eigen::Index i = 0; i < start_.size(); ++i) {
+      StateVector moved = start_;
+      moved[i] += kStartStep;
+      slopes.col(count + i) = (shown(rival_, moved) - here) / kStartStep;
+    }
+    return slopes;
+  }
+
+  Fit rival_;
+  const Input& input_;
+  int joint_;
+  StateVector start_;
+  Eigen::VectorXd wanted_, left_, change_;
+};
 
 }  // namespace
 
@@ -79,45 +166,39 @@ nlohmann::ordered_json propose(const Plant& nominal, const Explanation& explanat
   for (const Measured& m : data) amplitude = std::max(amplitude, m.input.col(joint).cwiseAbs().maxCoeff());
   if (amplitude == 0.0) amplitude = torque_scale(nominal, data)[joint];
   const double noise = explanation.noise[joint];
-  double most = 0.0;
-  std::string input;
-  for (const Input& tried : family(amplitude)) {
+  const std::vector<Input> inputs = family(amplitude);
+  double seen = 0.0;  // way in the recordings
+  for (const Measured& m : data)
+    seen = std::max(seen, (m.position.rowwise() - m.position.row(0)).cwiseAbs().maxCoeff());
+  // Each of the two may be true, as probable as it is now.
+  const double mine = explanation.best().probability / (explanation.best().probability + rival->probability);
+  const auto expected = [&](const Input& tried, auto&& squares) {
+    Difference if_best(best, rival->fit, tried, joint, joints), if_rival(rival->fit, best, tried, joint, joints);
+    if (std::max(if_best.way(), if_rival.way()) > kFurther * seen) return 0.0;
+    const double odds = 0.5 * (mine * squares(if_best) + (1.0 - mine) * squares(if_rival)) / (noise * noise);
+    return std::isfinite(odds) ? odds : 0.0;
+  };
+  std::vector<std::pair<double, const Input*>> promising;  // log odds to first order
+  for (const Input& tried : inputs) {
     try {
-      // Half the squares of the difference that the rival's parameters and initial state cannot make up for.
-      const StateVector rest = StateVector::Zero(2 * joints);
-      const Eigen::VectorXd rivals = simulate(rival->fit.plant, rival->fit.effects, tried, joint, joints, rest);
-      Eigen::VectorXd difference = simulate(best.plant, best.effects, tried, joint, joints, rest) - rivals;
-      const auto count = static_cast<Eigen::Index>(rival->fit.unknowns.size());
-      Eigen::MatrixXd slopes(difference.size(), count + 2 * joints);
-      for (Eigen::Index i = 0; i < 2 * joints; ++i) {
-        StateVector moved = rest;
-        moved[i] = 1e-4;
-        slopes.col(count + i) =
-            (simulate(rival->fit.plant, rival->fit.effects, tried, joint, joints, moved) - rivals) / 1e-4;
-      }
-      for (std::size_t i = 0; i < rival->fit.unknowns.size(); ++i) {
-        const Unknown& unknown = rival->fit.unknowns[i];
-        const auto at = static_cast<Eigen::Index>(i);
-        const double step = std::max(0.1 * std::sqrt(rival->fit.covariance(at, at)), unknown.step);
-        Fit moved = rival->fit;
-        if (unknown.effect < 0) {
-          set_parameter(moved.plant, unknown.name, unknown.value + step);
-        } else {
-          set_parameter(moved.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name,
-                        unknown.value + step);
-        }
-        slopes.col(at) = (simulate(moved.plant, moved.effects, tried, joint, joints, rest) - rivals) / step;
-      }
-      difference -= slopes * slopes.colPivHouseholderQr().solve(difference).eval();
-      const double odds = 0.5 * difference.squaredNorm() / (noise * noise);
-      if (std::isfinite(odds) && odds > most) {
-        most = odds;
-        input = tried.text;
-      }
+      promising.emplace_back(expected(tried, [](Difference& d) { return d.linear_squares(); }), &tried);
     } catch (const NumericalError&) {  // this input is not for this machine
     }
   }
-  if (input.empty() || most < 1.0) return nullptr;  // no input of the family tells them apart
+  std::sort(promising.begin(), promising.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  double most = 0.0;
+  const Input* input = nullptr;
+  for (const auto& [linear, tried] : promising) {
+    if (linear <= most) break;  // the rest cannot do better
+    try {
+      if (const double odds = expected(*tried, [](Difference& d) { return d.squares(); }); odds > most) {
+        most = odds;
+        input = tried;
+      }
+    } catch (const NumericalError&) {
+    }
+  }
+  if (input == nullptr || most < 1.0) return nullptr;  // no input of the family tells them apart
   nlohmann::ordered_json separates = nlohmann::ordered_json::array();
   const auto name_set = [&](const Fit& fit) {
     std::string text;
@@ -126,7 +207,13 @@ nlohmann::ordered_json propose(const Plant& nominal, const Explanation& explanat
   };
   separates.push_back(name_set(best));
   separates.push_back(name_set(rival->fit));
-  return {{"input", input}, {"separates", separates}, {"expected_log_odds", most}};
+  nlohmann::ordered_json signal{
+      {"joint", joint + 1}, {"period_s", kShownPeriod}, {"values", nlohmann::ordered_json::array()}};
+  constexpr auto kEvery = static_cast<std::size_t>(kShownPeriod / kPeriod + 0.5);
+  for (std::size_t k = 0; k < input->values.size(); k += kEvery) {
+    signal["values"].push_back(std::round(input->values[k] / amplitude * 1e4) / 1e4 * amplitude);
+  }
+  return {{"input", input->text}, {"separates", separates}, {"expected_log_odds", most}, {"signal", signal}};
 }
 
 }  // namespace bayesctrl

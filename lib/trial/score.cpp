@@ -352,8 +352,8 @@ ordered_json summary(const std::vector<Scored>& cases) {
            parameters > 0.0 ? ordered_json(covered / parameters) : ordered_json(nullptr)},
           {"held-out after / noise, median", quantile(after, 0.5)},
           {"held-out after / noise, 95 %", quantile(after, 0.95)},
-          {"seconds, mean", total_seconds / std::max<double>(1.0, static_cast<double>(seconds.size()))},
-          {"seconds, most", quantile(seconds, 1.0)}};
+          {"processor seconds, mean", total_seconds / std::max<double>(1.0, static_cast<double>(seconds.size()))},
+          {"processor seconds, most", quantile(seconds, 1.0)}};
 }
 
 }  // namespace bayesctrl::trial

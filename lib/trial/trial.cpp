@@ -2,6 +2,7 @@
 
 #include <openssl/evp.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -43,8 +44,8 @@ std::string sha256(std::string_view text) {
   return hex;
 }
 
-/// A process of its own that sees spec and recordings only. True if it succeeded.
-bool diagnose_apart(const fs::path& program, const fs::path& spec, const fs::path& out) {
+/// A process of its own that sees spec and recordings only. Its processor time in seconds, negative if it failed.
+double diagnose_apart(const fs::path& program, const fs::path& spec, const fs::path& out) {
   std::vector<std::string> words{program.string(), "diagnose", spec.string(), "--out", out.string(), "--quiet"};
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -54,8 +55,13 @@ bool diagnose_apart(const fs::path& program, const fs::path& spec, const fs::pat
     throw IoError("cannot start " + program.string());
   }
   int status = 0;
-  waitpid(pid, &status, 0);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  rusage used{};
+  wait4(pid, &status, 0, &used);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return -1.0;
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
 /// Calls work(i) for each i from several threads.
@@ -140,12 +146,12 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const fs::p
   write_file(folder / "truth.json", sealed);
 
   say("diagnosing in " + std::to_string(workers) + " processes");
-  std::vector<char> done(orders.size(), 0);
+  std::vector<double> seconds(orders.size(), -1.0);
   std::atomic<int> finished{0};
   in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
     if (made[i] == 0) return;
     const fs::path place = folder / "cases" / orders[i].name;
-    done[i] = diagnose_apart(program, place / "spec.yaml", folder / "diagnoses" / orders[i].name);
+    seconds[i] = diagnose_apart(program, place / "spec.yaml", folder / "diagnoses" / orders[i].name);
     if (const int count = ++finished; count % 50 == 0) say(std::to_string(count) + " diagnosed");
   });
   if (interrupted()) return {};
@@ -158,7 +164,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const fs::p
       ++skipped;
       continue;
     }
-    if (done[i] == 0) {
+    if (seconds[i] < 0.0) {
       ++failed;
       say("failed: " + orders[i].name);
       continue;
@@ -166,6 +172,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const fs::p
     const ordered_json diagnosis =
         ordered_json::parse(read_file(folder / "diagnoses" / orders[i].name / "diagnosis.json", std::size_t{1} << 28));
     Scored one = trial::score(orders[i].name, truth[orders[i].name], diagnosis);
+    one.seconds = seconds[i];
     if (one.family == "pysindy") {
       constexpr std::array<const char*, 4> kHidden{"nothing", "Coulomb friction 0.5", "Coulomb friction 0.08",
                                                    "quadratic drag 0.15"};
