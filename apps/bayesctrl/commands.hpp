@@ -22,6 +22,7 @@ void declare_simulate(CLI::App& app, ExitCode& exit);
 void declare_calibrate(CLI::App& app, ExitCode& exit);
 void declare_diagnose(CLI::App& app, ExitCode& exit);
 void declare_trial(CLI::App& app, ExitCode& exit);
+void declare_report(CLI::App& app, ExitCode& exit);
 
 /// Options that several subcommands share.
 void add_set_option(CLI::App& command, std::vector<std::string>& assignments);

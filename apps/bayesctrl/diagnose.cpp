@@ -6,6 +6,7 @@
 #include "commands.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "io/files.hpp"
+#include "report/report.hpp"
 
 namespace bayesctrl {
 
@@ -77,16 +78,18 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
     std::vector<std::string> specs;
     std::string out;
     bool quiet = false;
+    bool no_report = false;
   };
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand(
       "diagnose",
       "Say whether, where and why recordings of a real machine differ from its model, and correct the model");
   sub->add_option("SPEC", command->specs, "YAML spec of a diagnosis: model, signals, recordings, held_out")->required();
-  sub->add_option(
-         "--out", command->out,
-         "Folder for diagnosis.json, missing_torque.csv, fit.csv and model.yaml; default: results/diagnose/NAME")
+  sub->add_option("--out", command->out,
+                  "Folder for diagnosis.json, missing_torque.csv, fit.csv, model.yaml and report.html; default: "
+                  "results/diagnose/NAME")
       ->type_name("DIR");
+  sub->add_flag("--no-report", command->no_report, "Write no report.html");
   sub->add_flag("--quiet", command->quiet, "Print nothing but errors");
   sub->callback([command] {
     end_at_once();
@@ -97,6 +100,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       if (!command->out.empty() && command->specs.size() > 1) folder /= slug(spec.name);
       const Diagnosis diagnosis = diagnose(spec);
       write_diagnosis(diagnosis, folder);
+      if (!command->no_report) write_report(folder);
       if (!command->quiet) {
         print(diagnosis.json);
         std::cout << "  written to " << folder.string() << "\n";

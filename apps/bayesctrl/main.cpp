@@ -75,6 +75,7 @@ int main(int argc, char** argv) {
     declare_calibrate(app, exit);
     declare_diagnose(app, exit);
     declare_trial(app, exit);
+    declare_report(app, exit);
     app.parse(argc, argv);
     std::cout.flush();
     if (!std::cout) throw IoError("cannot write to standard output");

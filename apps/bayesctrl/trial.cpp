@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "io/files.hpp"
 #include "io/read.hpp"
+#include "report/report.hpp"
 
 namespace bayesctrl {
 
@@ -17,6 +18,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     std::vector<std::uint64_t> seeds;
     double scale = 1.0;
     int jobs = 0;
+    bool no_report = false;
     std::vector<std::string> assignments;
   };
   auto command = std::make_shared<Command>();
@@ -27,6 +29,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
       ->check(CLI::Range(0.001, 100.0));
   sub->add_option("--out", command->out, "Folder; default: results/NAME")->type_name("DIR");
   sub->add_option("-j,--jobs", command->jobs, "Processes at a time; default: one per core");
+  sub->add_flag("--no-report", command->no_report, "Write no report.html");
   add_set_option(*sub, command->assignments);
   sub->callback([command, &exit] {
     Node node = read_yaml(command->spec);
@@ -49,6 +52,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
         exit = ExitCode::interrupted;
         return;
       }
+      if (!command->no_report) write_report(place);
       std::cout << result.markdown << "\nwritten to " << place.string() << "\n";
     }
   });

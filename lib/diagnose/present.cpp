@@ -146,7 +146,8 @@ Table torque_table(const std::vector<Measured>& data, const std::vector<Trajecto
   const Eigen::Index joints = data.front().position.cols();
   std::vector<Cell> recording;
   std::vector<double> time;
-  std::vector<std::vector<double>> mean(static_cast<std::size_t>(joints)), sd(mean.size());
+  std::vector<std::vector<double>> mean(static_cast<std::size_t>(joints)), sd(mean.size()), q(mean.size()),
+      v(mean.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     for (std::size_t k = 0; k < data[r].samples(); ++k) {
       recording.emplace_back(data[r].name);
@@ -154,6 +155,8 @@ Table torque_table(const std::vector<Measured>& data, const std::vector<Trajecto
       for (Eigen::Index j = 0; j < joints; ++j) {
         mean[static_cast<std::size_t>(j)].push_back(smoothed[r].missing_torque(static_cast<Eigen::Index>(k), j));
         sd[static_cast<std::size_t>(j)].push_back(smoothed[r].torque_sd(static_cast<Eigen::Index>(k), j));
+        q[static_cast<std::size_t>(j)].push_back(smoothed[r].position(static_cast<Eigen::Index>(k), j));
+        v[static_cast<std::size_t>(j)].push_back(smoothed[r].velocity(static_cast<Eigen::Index>(k), j));
       }
     }
   }
@@ -163,6 +166,8 @@ Table torque_table(const std::vector<Measured>& data, const std::vector<Trajecto
   for (Eigen::Index j = 0; j < joints; ++j) {
     table.columns.push_back({numbered("torque", j, joints), "N m", std::move(mean[static_cast<std::size_t>(j)])});
     table.columns.push_back({numbered("sd", j, joints), "N m", std::move(sd[static_cast<std::size_t>(j)])});
+    table.columns.push_back({numbered("q", j, joints), "rad", std::move(q[static_cast<std::size_t>(j)])});
+    table.columns.push_back({numbered("v", j, joints), "rad/s", std::move(v[static_cast<std::size_t>(j)])});
   }
   return table;
 }

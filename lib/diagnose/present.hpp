@@ -30,7 +30,7 @@ nlohmann::ordered_json effect_json(const Fit& fit, std::size_t e, const std::vec
 /// model.yaml.
 nlohmann::ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit);
 
-/// missing_torque.csv: recording, t, torque and its standard deviation in each joint.
+/// missing_torque.csv: recording, t, torque with its standard deviation, position and velocity of each joint.
 Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed);
 
 /// Adds recordings to fit.csv: measured beside simulated by the nominal and the corrected model.

@@ -1,0 +1,109 @@
+// Pages for people: self-contained, and harmless whatever stands in a user's files.
+
+#include "report/report.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "io/files.hpp"
+#include "io/folder.hpp"
+#include "report/page.hpp"
+#include "support/command.hpp"
+
+using namespace bayesctrl;
+using Catch::Contains;
+using io_examples::Folder;
+
+namespace {
+
+/// Recordings of a pendulum with dry friction and a spec with a hostile name; the folder of its diagnosis.
+std::filesystem::path diagnosed(const Folder& folder, const std::string& name) {
+  std::string csv = "t,q,u\n";
+  double q = 1.2, v = 0.0;
+  constexpr double kStep = 1e-3;
+  for (int k = 0; k < 8000; ++k) {
+    if (k % 10 == 0) csv += std::to_string(kStep * k) + "," + std::to_string(q) + ",0\n";
+    const double a = -9.81 * std::sin(q) - 0.2 * v - (v > 0.0 ? 0.15 : -0.15);
+    v += kStep * a;
+    q += kStep * v;
+  }
+  write_file(folder.path() / "train.csv", csv);
+  write_file(folder.path() / "spec.yaml",
+             "name: " + name +
+                 "\nmodel: {plant: pendulum, parameters: {mass: 1, length: 1, friction: 0.2}}\n"
+                 "signals: {time: t, position: q, input: u}\nrecordings: [train.csv]\n");
+  const auto out = folder.path() / "out";
+  const testing::CommandResult result =
+      testing::bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet"});
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  return out;
+}
+
+int count(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs nothing of the user's", "[report]") {
+  const Folder folder;
+  const auto out = diagnosed(folder, "\"<script>alert(1)</script> & co\"");
+  const std::string html = read_file(out / "report.html", 10'000'000);
+  CHECK(html.size() < 3'000'000);
+  CHECK_THAT(html, !Contains("<script>alert"));
+  CHECK_THAT(html, Contains("&lt;script&gt;alert(1)&lt;/script&gt; &amp; co"));
+  CHECK(count(html, "<script") == 3);
+  CHECK(count(html, "</script>") == 3);
+  CHECK_THAT(html, !Contains(" src=") && !Contains("@import"));
+  CHECK_THAT(html, Contains("The model lacks coulomb friction"));
+  CHECK_THAT(html, Contains("MIT"));
+
+  // The data in the page are those of the files.
+  const std::string begin = "id=\"data\">";
+  const std::size_t from = html.find(begin) + begin.size();
+  const auto data = nlohmann::json::parse(html.substr(from, html.find("</script>", from) - from));
+  CHECK(data["diagnosis"] == nlohmann::json::parse(read_file(out / "diagnosis.json", 10'000'000)));
+  CHECK(data["runs"].size() == 1);
+  CHECK(data["runs"][0]["joints"][0]["measured"].size() == 800);
+  CHECK(data["torque"][0]["joints"][0]["v"].size() == 800);
+
+  // `report` writes the same page from the files.
+  std::filesystem::remove(out / "report.html");
+  CHECK(testing::bayesctrl_with({"report", out}).status == 0);
+  CHECK(read_file(out / "report.html", 10'000'000) == html);
+}
+
+TEST_CASE("--no-report writes none, and a folder without results has none", "[report]") {
+  const Folder folder;
+  const auto out = diagnosed(folder, "plain");
+  std::filesystem::remove(out / "report.html");
+  CHECK(testing::bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet", "--no-report"})
+            .status == 0);
+  CHECK_FALSE(std::filesystem::exists(out / "report.html"));
+  CHECK_THROWS_AS(report(folder.path()), IoError);
+}
+
+TEST_CASE("Text in pages is escaped", "[report]") {
+  CHECK(escaped("<a href=\"x\">&</a>") == "&lt;a href=&quot;x&quot;&gt;&amp;&lt;/a&gt;");
+  const std::string html = page("t", {{"kind", "trial"}, {"text", "</script><script>alert(2)</script>"}});
+  CHECK_THAT(html, !Contains("alert(2)</script>"));
+}
+
+TEST_CASE("The report of a trial shows what was said for what", "[report]") {
+  const Folder folder;
+  write_file(folder.path() / "summary.json", R"({"cases": 3, "seed": 7})");
+  write_file(
+      folder.path() / "cases.csv",
+      "case,family,truth,verdict,probability,named\n"
+      "a,single,input_gain,named,0.99,1\nb,single,input_gain,named,0.95,0\nc,nothing,nothing,nothing_missing,1,0\n"
+      "d,outside,magnetic_latch,unknown,0,0\n");
+  const std::string html = report(folder.path());
+  CHECK_THAT(html, Contains(R"(["input_gain",2,1,1,0])"));
+  CHECK_THAT(html, Contains(R"(["nothing",1,1,0,0])"));
+  CHECK_THAT(html, Contains(R"(["outside: magnetic_latch",1,0,0,1])"));
+  CHECK_THAT(html, Contains(R"("right":0.5,"cases":2.0)"));
+}
