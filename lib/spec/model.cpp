@@ -33,6 +33,9 @@ Custom read_custom(const Node& model, const Node& parameters) {
   try {
     return Custom(values, read_expressions(acceleration->value, "acceleration"),
                   inertia != nullptr ? read_expressions(inertia->value, "inertia") : std::vector<std::string>{});
+  } catch (const ExpressionError& error) {
+    const Node& node = (error.of_inertia ? inertia : acceleration)->value;
+    throw SpecError(node.kind == Node::Kind::scalar ? node.where : node.items[error.of_joint].where, error.what());
   } catch (const std::invalid_argument& error) {
     throw SpecError(acceleration->value.where, error.what());
   }

@@ -250,7 +250,7 @@ TEST_CASE("A mistake in a machine that is written down is shown at its line and 
   CHECK_THAT(read_error<Model>("plant: costum\nacceleration: u\n"), Catch::Contains("did you mean 'custom'?"));
 }
 
-TEST_CASE("A mistake in an inertia is shown at the inertia, one in the second joint there", "[physics][!mayfail]") {
+TEST_CASE("A mistake in an inertia is shown at the inertia, one in the second joint there", "[physics]") {
   const auto error = [](const std::string& rest) { return read_error<Model>("plant: custom\n" + rest); };
   CHECK_THAT(error("acceleration: u\ninertia: m\n"), Catch::StartsWith("exp1.yaml:3:10: inertia 'm'"));
   CHECK_THAT(error("acceleration:\n  - u1\n  - x\n"), Catch::StartsWith("exp1.yaml:4:5: acceleration 'x'"));

@@ -120,10 +120,19 @@ void Custom::compile() {
     }
     return parser;
   };
-  for (const std::string& text : acceleration_) compiled_->acceleration.push_back(build(text, "acceleration"));
-  for (const std::string& text : inertia_) {
-    compiled_->inertia.push_back(build(text, "inertia"));
-    for (const auto& [name, place] : compiled_->inertia.back().GetUsedVar()) {
+  const auto build_all = [&](const std::vector<std::string>& texts, bool inertia, std::vector<mu::Parser>& list) {
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      try {
+        list.push_back(build(texts[i], inertia ? "inertia" : "acceleration"));
+      } catch (const std::invalid_argument& error) {
+        throw ExpressionError(error.what(), inertia, i);
+      }
+    }
+  };
+  build_all(acceleration_, false, compiled_->acceleration);
+  build_all(inertia_, true, compiled_->inertia);
+  for (const mu::Parser& parser : compiled_->inertia) {
+    for (const auto& [name, place] : parser.GetUsedVar()) {
       compiled_->inertia_varies |= std::none_of(parameters_.items.begin(), parameters_.items.end(),
                                                 [&](const auto& parameter) { return parameter.first == name; });
     }

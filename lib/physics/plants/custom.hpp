@@ -1,12 +1,21 @@
 #pragma once
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "physics/affine.hpp"
 
 namespace bayesctrl {
+
+/// What is wrong with one expression: that of the acceleration or of the inertia of one joint.
+struct ExpressionError : std::invalid_argument {
+  ExpressionError(const std::string& what, bool inertia, std::size_t joint)
+      : std::invalid_argument(what), of_inertia(inertia), of_joint(joint) {}
+  bool of_inertia;
+  std::size_t of_joint;
+};
 
 /// A machine that the user writes down: the acceleration of each joint as an expression in q, v, u (q1, v1, u1, ... for
 /// several joints), t and named parameters, in the notation of muParser. The expressions are compiled once per object;
@@ -17,7 +26,8 @@ class Custom {
   static constexpr std::string_view kText = "the acceleration of each joint, written as an expression";
 
   /// `text` per joint; `inertia` per joint (torque = inertia * acceleration), empty for 1. Throws
-  /// std::invalid_argument with the words of a message: too many joints, an unknown name, a syntax error, no number.
+  /// std::invalid_argument with the words of a message: too many joints; ExpressionError: an unknown name, a syntax
+  /// error, no number.
   Custom(Named<double> parameters, std::vector<std::string> acceleration, std::vector<std::string> inertia);
   Custom();
   Custom(const Custom& other);
