@@ -77,7 +77,7 @@ TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs 
   CHECK(read_file(out / "report.html", 10'000'000) == html);
 }
 
-TEST_CASE("--no-report writes none, and a folder without results has none", "[report]") {
+TEST_CASE("With --no-report there is none, and a folder without results has none", "[report]") {
   const Folder folder;
   const auto out = diagnosed(folder, "plain");
   std::filesystem::remove(out / "report.html");
