@@ -15,8 +15,9 @@
     for (const child of children) node.append(child);
     return node;
   };
-  const number = (x, digits = 4) => typeof x !== "number" ? "–" : x === 0 ? "0" :
+  const number = (x, digits = 4) => typeof x !== "number" ? "–" : Number.isSafeInteger(x) ? String(x) :
     Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5 ? x.toExponential(digits - 1) : String(Number(x.toPrecision(digits)));
+  const file = path => path.split("/").pop();
   const percent = x => (100 * x).toFixed(x >= 0.0995 ? 0 : 1) + " %";
   const section = title => {
     const part = element("section", {}, element("h2", {}, title));
@@ -141,14 +142,14 @@
           {label: "corrected", value: fit.after, colour: "after"},
           {label: "sensor noise", value: d.fit.noise_floor, colour: "line"}], unit);
         const runs = data.runs.filter(r => r.set === held);
-        if (runs.length) choice(part, "Recording", runs.map(r => r.recording), (i, place) => {
+        if (runs.length) choice(part, "Recording", runs.map(r => file(r.recording)), (i, place) => {
           runs[i].joints.forEach((joint, j) => plot(place,
-            `${runs[i].recording}${joints > 1 ? ", joint " + (j + 1) : ""}: recorded, simulated by the nominal model, and by the corrected one.`,
+            `${file(runs[i].recording)}${joints > 1 ? ", joint " + (j + 1) : ""}: recorded, simulated by the nominal model, and by the corrected one.`,
             runs[i].t, [{label: "recorded", values: joint.measured, colour: "measured", width: 2}, {label: "nominal", values: joint.before, colour: "before", dash: [6, 4]},
               {label: "corrected", values: joint.after, colour: "after"}], {y: `position (${unit})`}));
           const less = (a, b) => a.map((x, k) => b[k] === null ? null : x - b[k]);
           runs[i].joints.forEach((joint, j) => plot(place,
-            `${runs[i].recording}${joints > 1 ? ", joint " + (j + 1) : ""}: what the two simulations miss, recorded less simulated; each window of ${d.fit.horizon_s} s starts anew.`,
+            `${file(runs[i].recording)}${joints > 1 ? ", joint " + (j + 1) : ""}: what the two simulations miss, recorded less simulated; each window of ${d.fit.horizon_s} s starts anew.`,
             runs[i].t, [{label: "nominal", values: less(joint.measured, joint.before), colour: "before", width: 1},
               {label: "corrected", values: less(joint.measured, joint.after), colour: "after", width: 1}], {y: `error (${unit})`, height: 200}));
         });
@@ -159,15 +160,15 @@
         const shares = Object.entries(d.mismatch.depends_on).filter(s => s[1] >= 0.005);
         part.append(element("p", {}, `Joint ${d.mismatch.joint ?? "–"}, on the ${d.mismatch.channel ?? "–"} side. The missing torque depends on ` +
           shares.sort((a, b) => b[1] - a[1]).map(([name, share]) => `${name} (${percent(share)})`).join(", ") + "."));
-        if (data.torque.length) choice(part, "Recording", data.torque.map(r => r.recording), (i, place) => {
+        if (data.torque.length) choice(part, "Recording", data.torque.map(r => file(r.recording)), (i, place) => {
           const r = data.torque[i];
           r.joints.forEach((joint, j) => {
             const band = (sign) => joint.torque.map((x, k) => x + 2 * sign * joint.sd[k]);
-            plot(place, `${r.recording}${joints > 1 ? ", joint " + (j + 1) : ""}: what the nominal model lacks, with its band of two standard deviations; shaded times are significant.`,
+            plot(place, `${file(r.recording)}${joints > 1 ? ", joint " + (j + 1) : ""}: what the nominal model lacks, with its band of two standard deviations; shaded times are significant.`,
               r.t, [{label: "missing torque", values: joint.torque, colour: "after"}, {label: "upper", values: band(1), colour: "line", width: 0.5},
                 {label: "lower", values: band(-1), colour: "line", width: 0.5}],
               {y: "missing torque", bands: [[2, 3]], marks: d.mismatch.time.filter(m => m.recording === r.recording)});
-            plane(place, `${r.recording}${joints > 1 ? ", joint " + (j + 1) : ""}: missing torque in the plane of position and velocity; strong colours are large, the two colours are its signs.`,
+            plane(place, `${file(r.recording)}${joints > 1 ? ", joint " + (j + 1) : ""}: missing torque in the plane of position and velocity; strong colours are large, the two colours are its signs.`,
               joint.q, joint.v, joint.torque, [`position (${unit})`, "velocity"]);
           });
         });
