@@ -58,8 +58,7 @@ class Choice {
   /// `remainder`: learnt without the windows of a fold, or from all (-1).
   void consider(const Fit& fit, const Discrepancy::Dependence& remaining,
                 const std::function<Remainder(int)>& remainder) {
-    const double noise = explanation_.noise.norm() / std::sqrt(static_cast<double>(explanation_.noise.size()));
-    if (lowest_ < std::log(kEnough * noise)) return;
+    if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
     std::vector<double> errors;
     for (int fold = 0; fold < kFolds; ++fold) {
       const std::vector<double> more =

@@ -155,7 +155,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const Fit& best = explanation.best().fit;
   const Fit& empty = explanation.without_effects().fit;
   const Linearisation& about = *explanation.linearisation;
-  json["fit"]["noise_floor"] = explanation.noise.norm() / std::sqrt(static_cast<double>(joints));
+  json["fit"]["noise_floor"] = explanation.noise_rms();
 
   // The nominal as given.
   const LinearResponse response_as_given(nominal, data, explanation.measured->paths, explanation.noise,

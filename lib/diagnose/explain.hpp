@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "diagnose/fit.hpp"
@@ -32,6 +33,9 @@ struct Explanation {
   double max_step = 0.011;  // s, of simulations
   double rows = 0.0;        // of the residuals
   double fast_rows = 0.0;   // from which the noise is known
+
+  /// Over all joints, RMS.
+  double noise_rms() const { return noise.norm() / std::sqrt(static_cast<double>(noise.size())); }
 
   const Candidate& best() const { return candidates.front(); }
   const Candidate& without_effects() const;

@@ -1,14 +1,13 @@
 #include "diagnose/fit.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
 #include <optional>
 
 #include "base/error.hpp"
+#include "diagnose/exact_slopes.hpp"
+#include "diagnose/runs.hpp"
 
 namespace bayesctrl {
 
@@ -25,64 +24,6 @@ constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
 constexpr double kUnusual = 1.0;   // standard deviations of a window's squares, beyond which its start is polished
-
-/// Simulates windows of a fit's model.
-class Runs {
- public:
-  Runs(const FitProblem& problem, const Fit& fit)
-      : problem_(problem),
-        joints_(joints(fit.plant)),
-        machines_(machines(fit.plant, fit.effects, problem.data.size())) {
-    std::vector<std::map<std::size_t, JointVector>> known(problem.data.size());
-    for (std::size_t w = 0; w < fit.starts.size(); ++w) {
-      const Segment& window = problem.response.windows()[w];
-      if (fit.starts[w].size() > 2 * joints_) known[window.recording][window.first] = fit.starts[w].tail(joints_);
-    }
-    for (std::size_t r = 0; r < problem.data.size(); ++r) {
-      drives_.push_back(drives_of(machines_[r], problem.data[r]));
-      const Eigen::MatrixXd& v = problem.excitation.paths()[r].velocity;
-      hidden_.push_back(machines_[r].has_hidden_states() ? machines_[r].hidden_states(problem.data[r].time, v, known[r])
-                                                         : Eigen::MatrixXd::Zero(v.rows(), v.cols()));
-    }
-  }
-
-  /// Simulated positions of one window, samples x joints. Throws NumericalError.
-  Eigen::MatrixXd operator()(std::size_t w, const WindowStart& start, Eigen::MatrixXd* states = nullptr) const {
-    const Segment& window = problem_.response.windows()[w];
-    const std::size_t r = window.recording;
-    const bool free = start.size() > 2 * joints_;
-    const JointVector hidden =
-        free ? JointVector(start.tail(joints_)) : JointVector(hidden_[r].row(static_cast<Eigen::Index>(window.first)));
-    return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, drives_[r], window.first, window.last,
-                            problem_.max_step, hidden, states);
-  }
-
-  /// Measured less simulated.
-  Eigen::MatrixXd rest(std::size_t w, const WindowStart& start) const {
-    const Segment& window = problem_.response.windows()[w];
-    return problem_.data[window.recording].position.middleRows(static_cast<Eigen::Index>(window.first),
-                                                               static_cast<Eigen::Index>(window.samples())) -
-           (*this)(w, start);
-  }
-
- private:
-  const FitProblem& problem_;
-  int joints_;
-  std::vector<Machine> machines_;
-  std::vector<std::vector<Drive>> drives_;
-  std::vector<Eigen::MatrixXd> hidden_;
-};
-
-/// Puts the residual of one window into that of the fit.
-void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& rest) {
-  fit.residual.segment(problem.response.first_row(w), problem.response.row_count(w)) =
-      problem.response.project(w, rest);
-}
-
-void sum_up(Fit& fit) {
-  fit.squares = fit.residual.squaredNorm();
-  if (!std::isfinite(fit.squares)) throw NumericalError("the model diverges");
-}
 
 /// Simulates, moves the starts to where they explain the rest best by the linear response, simulates again.
 void simulate(const FitProblem& problem, Fit& fit, int rounds) {
@@ -114,30 +55,6 @@ void polish(const FitProblem& problem, Fit& fit) {
     fit.starts[w] = x;
   }
   sum_up(fit);
-}
-
-void assign(Fit& fit, const Eigen::VectorXd& values) {
-  for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
-    Unknown& unknown = fit.unknowns[i];
-    unknown.value = values[static_cast<Eigen::Index>(i)];
-    if (unknown.effect < 0) {
-      set_parameter(fit.plant, unknown.name, unknown.value);
-    } else {
-      set_parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name, unknown.value);
-    }
-  }
-  for (Effect& effect : fit.effects) {
-    std::visit(
-        [](auto& form) {
-          if constexpr (requires { form.admit(); }) form.admit();
-        },
-        effect.form);
-  }
-  for (Unknown& unknown : fit.unknowns) {
-    if (unknown.effect >= 0) {
-      unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
-    }
-  }
 }
 
 /// What one unknown does to accelerations and measured positions, per unit.
@@ -173,12 +90,6 @@ Influence influence(const FitProblem& problem, const Fit& fit, const Unknown& un
   }
   result.rms = std::sqrt(squares / count);
   return result;
-}
-
-Eigen::VectorXd values_of(const Fit& fit) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(fit.unknowns.size()));
-  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = fit.unknowns[static_cast<std::size_t>(i)].value;
-  return values;
 }
 
 double prior_cost(const Fit& fit) {
@@ -227,79 +138,6 @@ Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
   }
   return slopes;
 }
-
-/// What starts and unknowns do, by differences of the machine's own runs: slower than the linear response, and right
-/// where a joint sticks, a motion is unstable, or effects change the dynamics. Starts follow the unknowns along to
-/// where they explain each window best.
-class ExactSlopes {
- public:
-  /// `linear`: slopes that set the size of differences.
-  ExactSlopes(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& linear) : slopes_(linear) {
-    const Runs here(problem, fit);
-    const Eigen::VectorXd values = values_of(fit);
-    std::vector<Runs> beside;
-    std::vector<double> steps;
-    for (Eigen::Index i = 0; i < values.size(); ++i) {
-      const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-      const double posterior = 1.0 / std::sqrt(std::max(linear.col(i).squaredNorm(), 1e-300));
-      double step = std::min(unknown.step, 0.3 * posterior);
-      if (values[i] + step > unknown.high) step = -step;
-      Fit moved = fit;
-      Eigen::VectorXd there = values;
-      there[i] += step;
-      assign(moved, there);
-      beside.emplace_back(problem, moved);
-      steps.push_back(step);
-    }
-    for (std::size_t w = 0; w < fit.starts.size(); ++w) {
-      const WindowStart& start = fit.starts[w];
-      const Eigen::MatrixXd rest = here.rest(w, start);
-      Eigen::MatrixXd by_start(rest.size(), start.size()), by_unknown(rest.size(), values.size());
-      for (Eigen::Index i = 0; i < start.size(); ++i) {
-        WindowStart moved = start;
-        moved[i] += kStartStep;
-        by_start.col(i) = ((rest - here.rest(w, moved)) / kStartStep).reshaped();
-      }
-      for (Eigen::Index i = 0; i < values.size(); ++i) {
-        const auto slot = static_cast<std::size_t>(i);
-        by_unknown.col(i) = ((rest - beside[slot].rest(w, start)) / steps[slot]).reshaped();
-      }
-      const auto& solver = starts_.emplace_back(by_start);
-      const Eigen::MatrixXd along = solver.solve(by_unknown);
-      const Eigen::MatrixXd cleared = by_unknown - by_start * along;
-      for (Eigen::Index i = 0; i < values.size(); ++i) {
-        slopes_.col(i).segment(problem.response.first_row(w), problem.response.row_count(w)) =
-            problem.response.project(w, cleared.col(i).reshaped(rest.rows(), rest.cols()));
-      }
-      along_.push_back(along);
-    }
-  }
-
-  /// Rows x unknowns.
-  const Eigen::MatrixXd& slopes() const { return slopes_; }
-
-  /// Starts of a fit whose unknowns have changed, and its residual.
-  void follow(const FitProblem& problem, Fit& next, const Eigen::VectorXd& change) const {
-    for (std::size_t w = 0; w < starts_.size(); ++w) next.starts[w] -= WindowStart(along_[w] * change);
-    const Runs runs(problem, next);
-    for (std::size_t w = 0; w < starts_.size(); ++w) {
-      Eigen::MatrixXd rest = runs.rest(w, next.starts[w]);
-      const WindowStart better = next.starts[w] + WindowStart(starts_[w].solve(rest.reshaped()));
-      const Eigen::MatrixXd tried = runs.rest(w, better);
-      if (tried.squaredNorm() < rest.squaredNorm()) {
-        next.starts[w] = better;
-        rest = tried;
-      }
-      take(problem, next, w, rest);
-    }
-    sum_up(next);
-  }
-
- private:
-  Eigen::MatrixXd slopes_;
-  std::vector<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> starts_;  // per window: samples x start
-  std::vector<Eigen::MatrixXd> along_;                               // per window: start x unknowns
-};
 
 /// Damped Gauss-Newton steps until they gain little, with slopes from the linear response or exact ones; the last
 /// slopes.
@@ -401,6 +239,40 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
 }
 
 }  // namespace
+
+Eigen::VectorXd values_of(const Fit& fit) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = fit.unknowns[static_cast<std::size_t>(i)].value;
+  return values;
+}
+
+void put(Fit& fit, const Unknown& unknown) {
+  if (unknown.effect < 0) {
+    set_parameter(fit.plant, unknown.name, unknown.value);
+  } else {
+    set_parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name, unknown.value);
+  }
+}
+
+void assign(Fit& fit, const Eigen::VectorXd& values) {
+  for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
+    Unknown& unknown = fit.unknowns[i];
+    unknown.value = values[static_cast<Eigen::Index>(i)];
+    put(fit, unknown);
+  }
+  for (Effect& effect : fit.effects) {
+    std::visit(
+        [](auto& form) {
+          if constexpr (requires { form.admit(); }) form.admit();
+        },
+        effect.form);
+  }
+  for (Unknown& unknown : fit.unknowns) {
+    if (unknown.effect >= 0) {
+      unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
+    }
+  }
+}
 
 double Fit::deviation(int effect, std::string_view name) const {
   for (std::size_t i = 0; i < unknowns.size(); ++i) {

@@ -22,6 +22,11 @@ struct Fit {
   double deviation(int effect, std::string_view name) const;
 };
 
+/// Values of a fit's unknowns; the same put into its plant and effects, as far as the effects admit them; one of them.
+Eigen::VectorXd values_of(const Fit& fit);
+void assign(Fit& fit, const Eigen::VectorXd& values);
+void put(Fit& fit, const Unknown& unknown);
+
 /// What all fits of a diagnosis share.
 struct FitProblem {
   Plant nominal;

@@ -109,14 +109,6 @@ class Difference {
   }
 
  private:
-  static void put(Fit& fit, const Unknown& unknown) {
-    if (unknown.effect < 0) {
-      set_parameter(fit.plant, unknown.name, unknown.value);
-    } else {
-      set_parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name, unknown.value);
-    }
-  }
-
   Eigen::VectorXd shown(const Fit& fit, const StateVector& start) const {
     return simulate(fit.plant, fit.effects, input_, joint_, static_cast<int>(start_.size()) / 2, start);
   }

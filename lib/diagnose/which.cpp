@@ -85,7 +85,7 @@ std::size_t strongest(const Explanation& explanation) {
 double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
                           const std::vector<Trajectory>& paths, double horizon) {
   const double rms = free_runs({fit.plant, fit.effects, {}}, data, paths, horizon, false, explanation.max_step).rms;
-  return std::sqrt(std::max(0.0, rms * rms - explanation.noise.squaredNorm() / double(explanation.noise.size())));
+  return std::sqrt(std::max(0.0, rms * rms - std::pow(explanation.noise_rms(), 2)));
 }
 
 void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon) {

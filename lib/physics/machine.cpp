@@ -19,17 +19,15 @@ constexpr int kMostStops = 16;          // within one step; beyond that joints t
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
-using Slots = Eigen::Matrix<double, kMaxJoints, 1>;  // one value per joint, 0 beyond: plain arithmetic without sizes
-
-Slots padded(const JointVector& values) {
-  Slots slots = Slots::Zero();
+JointSlots padded(const JointVector& values) {
+  JointSlots slots = JointSlots::Zero();
   for (Eigen::Index j = 0; j < values.size(); ++j) slots[j] = values[j];
   return slots;
 }
 
 /// What torques add to accelerations.
-Slots moved_by(const JointMatrix& mobility, const Slots& torque) {
-  Slots result = Slots::Zero();
+JointSlots moved_by(const JointMatrix& mobility, const JointSlots& torque) {
+  JointSlots result = JointSlots::Zero();
   for (Eigen::Index i = 0; i < mobility.rows(); ++i) {
     for (Eigen::Index j = 0; j < mobility.cols(); ++j) result[i] += mobility(i, j) * torque[j];
   }
@@ -40,7 +38,7 @@ Slots moved_by(const JointMatrix& mobility, const Slots& torque) {
 
 /// [q, v], and one hidden state per joint (presliding).
 struct Machine::State {
-  Slots q, v, z;
+  JointSlots q, v, z;
 };
 
 /// Where in time and in which regime the machine is: direction of sliding (0: stuck) of each joint with dry friction,
@@ -106,10 +104,10 @@ JointVector Machine::input_at(const Moment& moment, double t) const {
 }
 
 /// q'' at one state. Joints that are stuck do not accelerate; the torques that hold them go to `holding_torque`.
-Slots Machine::acceleration(const State& state, const Moment& moment, double t, Slots* holding_torque) const {
+JointSlots Machine::acceleration(const State& state, const Moment& moment, double t, JointSlots* holding_torque) const {
   const JointVector q = state.q.head(joints_), v = state.v.head(joints_), input = input_at(moment, t);
   const Motion nominal = motion(plant_, q, v, input, t);
-  Slots external = Slots::Zero(), torque = external, motor = external;
+  JointSlots external = JointSlots::Zero(), torque = external, motor = external;
   if (needs_external_torque_) {
     external = padded(external_torque(plant_, q));
     if (!tilt_.isZero()) torque = padded(external_torque(plant_, q + tilt_)) - external;
@@ -119,7 +117,7 @@ Slots Machine::acceleration(const State& state, const Moment& moment, double t, 
   }
 
   if (!remainder_.empty()) torque += padded(remainder_.torque(moment.memory, q, v, input, t));
-  Slots friction = Slots::Zero();
+  JointSlots friction = JointSlots::Zero();
   for (const Effect& effect : effects_) {
     const int j = effect.joint;
     const JointState seen{q[j], v[j], t, motor[j], external[j], q[neighbour_of(j, joints_)]};
@@ -139,7 +137,7 @@ Slots Machine::acceleration(const State& state, const Moment& moment, double t, 
 
   // (M + D) q'' = M nominal + torques, D the added inertia and M^-1 the mobility: q'' = (1 + M^-1 D)^-1 (...).
   JointMatrix mobility = nominal.mobility;
-  Slots result = padded(nominal.acceleration) + moved_by(mobility, torque);
+  JointSlots result = padded(nominal.acceleration) + moved_by(mobility, torque);
   if (joints_ == 1) {
     const double scale = 1.0 / (1.0 + mobility(0, 0) * added_inertia_[0]);
     mobility(0, 0) *= scale;
@@ -152,7 +150,7 @@ Slots Machine::acceleration(const State& state, const Moment& moment, double t, 
   }
 
   // The torques f that keep the stuck joints S at rest: mobility_SS f_S = -q''_S.
-  Slots held = Slots::Zero();
+  JointSlots held = JointSlots::Zero();
   std::array<int, kMaxJoints> stuck{};
   int count = 0;
   for (int j = 0; j < joints_; ++j) {
@@ -234,8 +232,8 @@ double Machine::fine_step(const State& state, const Moment& moment, bool goes_on
 /// One Runge-Kutta step of length h in the present regime.
 Machine::State Machine::step(const State& state, const Moment& moment, double h) const {
   // Hidden states follow z' = rate(v, z), linear in z, exactly for a velocity that is constant within the step.
-  const auto settled = [&](const Slots& v, double by) {
-    Slots z = state.z;
+  const auto settled = [&](const JointSlots& v, double by) {
+    JointSlots z = state.z;
     for (const Effect& effect : effects_) {
       std::visit(
           [&]<class E>(const E& form) {
@@ -249,18 +247,18 @@ Machine::State Machine::step(const State& state, const Moment& moment, double h)
     }
     return z;
   };
-  const auto moved = [&](const Slots& dq, const Slots& dv, const Slots& z, double by) {
+  const auto moved = [&](const JointSlots& dq, const JointSlots& dv, const JointSlots& z, double by) {
     return State{state.q + by * dq, state.v + by * dv, z};
   };
   const double t = moment.t;
-  const Slots a1 = acceleration(state, moment, t, nullptr);
+  const JointSlots a1 = acceleration(state, moment, t, nullptr);
   const State s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
-  const Slots a2 = acceleration(s2, moment, t + 0.5 * h, nullptr);
+  const JointSlots a2 = acceleration(s2, moment, t + 0.5 * h, nullptr);
   const State s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
-  const Slots a3 = acceleration(s3, moment, t + 0.5 * h, nullptr);
+  const JointSlots a3 = acceleration(s3, moment, t + 0.5 * h, nullptr);
   const State s4 = moved(s3.v, a3, settled(s3.v, h), h);
-  const Slots a4 = acceleration(s4, moment, t + h, nullptr);
-  const Slots mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
+  const JointSlots a4 = acceleration(s4, moment, t + h, nullptr);
+  const JointSlots mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
   return moved(mean, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, settled(mean, h), h);
 }
 
@@ -280,7 +278,7 @@ void Machine::settle(State& state, Moment& moment) const {
     bool any = false;
     for (int j = 0; j < joints_; ++j) any |= standing(j);
     if (!any) return;
-    Slots held;
+    JointSlots held;
     acceleration(state, moment, moment.t, &held);
     int worst = -1;
     double excess = 0.0;
@@ -396,7 +394,7 @@ void Machine::advance_and_remember(State& state, Moment& moment, double goal, do
   const double since = moment.t;
   const State before = state;
   advance_to(state, moment, goal, max_step);
-  const Slots q = 0.5 * (before.q + state.q), v = 0.5 * (before.v + state.v);
+  const JointSlots q = 0.5 * (before.q + state.q), v = 0.5 * (before.v + state.v);
   remainder_.advance(moment.memory, q.head(joints_), v.head(joints_), input, goal - since);
 }
 
@@ -467,7 +465,7 @@ struct Simulation::Now {
 Simulation::Simulation(const Machine& machine, const StateVector& start, double time, double max_step)
     : machine_(machine), max_step_(max_step), now_(std::make_unique<Now>()) {
   const int n = machine.joints();
-  now_->state = {padded(start.head(n)), padded(start.tail(n)), Slots::Zero()};
+  now_->state = {padded(start.head(n)), padded(start.tail(n)), JointSlots::Zero()};
   now_->moment.t = time;
   for (int j = 0; j < n; ++j) now_->drives.emplace_back(machine.effects(), j);
   now_->moment.drives = &now_->drives;

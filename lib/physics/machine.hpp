@@ -58,8 +58,7 @@ class Machine {
   JointVector motor_torque(const JointVector& q, const JointVector& v, const JointVector& input, double t) const;
   double holding(const State& state, const Moment& moment, int joint) const;
   JointVector input_at(const Moment& moment, double t) const;
-  Eigen::Matrix<double, kMaxJoints, 1> acceleration(const State& state, const Moment& moment, double t,
-                                                    Eigen::Matrix<double, kMaxJoints, 1>* holding_torque) const;
+  JointSlots acceleration(const State& state, const Moment& moment, double t, JointSlots* holding_torque) const;
   State step(const State& state, const Moment& moment, double h) const;
   void settle(State& state, Moment& moment) const;
   void advance(State& state, Moment& moment, double end, double max_step) const;
