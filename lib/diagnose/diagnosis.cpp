@@ -151,7 +151,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const ExplainOptions options{spec.effects, spec.free, kWindow * kFastestMode / fastest, fastest};
   const std::vector<Measured> data = decimated(all_data, kSamplesPerPeriod * fastest);
   Explanation explanation = explain(nominal, data, options);
-  prefer_simple(explanation, data, spec.horizon);
+  prefer_simple(explanation, data, options, spec.horizon);
   const Fit& best = explanation.best().fit;
   const Fit& empty = explanation.without_effects().fit;
   const Linearisation& about = *explanation.linearisation;
@@ -273,8 +273,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     return fits;
   };
   json["fit"]["train"] = report(all_data, smooth_all(nominal, all_data, explanation.noise), false, "train");
-  const FitProblem about_best{explanation.start, spec.free,           data, *about.response, *about.excitation,
-                              options.penalty,   explanation.max_step};
+  const FitProblem about_best = problem_about(about, explanation, data, options);
   const std::vector<ResidualTests> tests =
       residual_tests(about, data, explanation.noise, {rests(as_given, given), rests(about_best, best)});
   json["residual"] = {{"before", residual_json(tests[0], data)}, {"after", residual_json(tests[1], data)}};

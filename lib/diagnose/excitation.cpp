@@ -1,6 +1,7 @@
 #include "diagnose/excitation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "physics/drive.hpp"
@@ -113,32 +114,57 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
             result.row(static_cast<Eigen::Index>(i / parts_)) +=
                 (p.mobility * torque).transpose() / static_cast<double>(parts_);
           }
-        } else if constexpr (!SensorEffect<E>) {  // on the input side
-          const Drive drive(m.time, std::vector<double>(m.input.col(j).begin(), m.input.col(j).end()), {{form, j, -1}},
-                            j);
-          const std::vector<double>& switches = drive.switches();
-          constexpr std::size_t kFine = 8;  // means over a step resolve switches within it
-          std::size_t segment = 0;
-          for (std::size_t k = 0; k < steps; ++k) {
-            const double h = m.time[k + 1] - m.time[k];
-            double mean = 0.0;
-            for (std::size_t i = 0; i < kFine; ++i) {
-              const double t = m.time[k] + h * (static_cast<double>(i) + 0.5) / kFine;
-              while (segment + 1 < switches.size() && switches[segment + 1] <= t) ++segment;
-              mean += drive.at(segment, t) / kFine;
-            }
-            const Point& p = points[k * parts_ + parts_ / 2];
-            JointVector changed = p.u;
-            changed[j] = mean;
-            const JointVector difference = std::holds_alternative<Custom>(plant_)
-                                               ? JointVector(motion(plant_, p.q, p.v, changed, p.time).acceleration -
-                                                             motion(plant_, p.q, p.v, p.u, p.time).acceleration)
-                                               : JointVector(p.mobility.col(j) * (mean - p.u[j]));
-            result.row(static_cast<Eigen::Index>(k)) = difference.transpose();
-          }
+        } else if constexpr (!SensorEffect<E>) {
+          result = driven({effect}, j, recording);
         }
       },
       effect.form);
+  return result;
+}
+
+/// By effects on the input of one joint.
+Eigen::MatrixXd Excitation::driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const {
+  const Measured& m = data_[recording];
+  const std::vector<Point>& points = points_[recording];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
+  const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint);
+  const std::vector<double>& switches = drive.switches();
+  constexpr std::size_t kFine = 8;  // means over a step resolve switches within it
+  std::size_t segment = 0;
+  for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
+    const double h = m.time[k + 1] - m.time[k];
+    double mean = 0.0;
+    for (std::size_t i = 0; i < kFine; ++i) {
+      const double t = m.time[k] + h * (static_cast<double>(i) + 0.5) / kFine;
+      while (segment + 1 < switches.size() && switches[segment + 1] <= t) ++segment;
+      mean += drive.at(segment, t) / kFine;
+    }
+    const Point& p = points[k * parts_ + parts_ / 2];
+    JointVector changed = p.u;
+    changed[joint] = mean;
+    const JointVector difference = std::holds_alternative<Custom>(plant_)
+                                       ? JointVector(motion(plant_, p.q, p.v, changed, p.time).acceleration -
+                                                     motion(plant_, p.q, p.v, p.u, p.time).acceleration)
+                                       : JointVector(p.mobility.col(joint) * (mean - p.u[joint]));
+    result.row(static_cast<Eigen::Index>(k)) = difference.transpose();
+  }
+  return result;
+}
+
+Eigen::MatrixXd Excitation::acceleration(const std::vector<Effect>& effects, std::size_t recording) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
+  std::array<std::vector<Effect>, kMaxJoints> on_input;
+  for (const Effect& effect : effects) {
+    if (channel(effect.form) == "input") {
+      on_input[static_cast<std::size_t>(effect.joint)].push_back({effect.form, effect.joint, -1});
+    } else {
+      result += acceleration(effect, recording);
+    }
+  }
+  for (int j = 0; j < joints_; ++j) {
+    const std::vector<Effect>& chain = on_input[static_cast<std::size_t>(j)];
+    if (!chain.empty()) result += driven(chain, j, recording);
+  }
   return result;
 }
 

@@ -18,6 +18,9 @@ class Excitation {
   /// effects accelerate nothing.
   Eigen::MatrixXd acceleration(const Effect& effect, std::size_t recording) const;
 
+  /// The same of a whole set; effects on one joint's input act one after the other.
+  Eigen::MatrixXd acceleration(const std::vector<Effect>& effects, std::size_t recording) const;
+
   /// What a sensor effect adds to the measured positions; zero for all others.
   Eigen::MatrixXd measured(const Effect& effect, std::size_t recording) const;
 
@@ -40,6 +43,8 @@ class Excitation {
     JointVector q, v, sd_v, qdd, u, motor, external;
     JointMatrix mobility;
   };
+  Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;
+
   Plant plant_;
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& paths_;

@@ -175,6 +175,12 @@ Cleared without_free(const Linearisation& about, const Plant& plant, const std::
   return result;
 }
 
+FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
+                         const ExplainOptions& options) {
+  return {explanation.start, options.free,        data, *about.response, *about.excitation,
+          options.penalty,   explanation.max_step};
+}
+
 const Candidate& Explanation::without_effects() const {
   return *std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.fit.effects.empty(); });
 }

@@ -61,6 +61,10 @@ struct ExplainOptions {
 /// subsets. Throws NumericalError where the nominal cannot be simulated.
 Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
 
+/// What fits about one of its linearisations share.
+FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
+                         const ExplainOptions& options);
+
 /// The dictionary's columns and the target of a linearisation without what the free parameters can do.
 struct Cleared {
   Eigen::MatrixXd columns;

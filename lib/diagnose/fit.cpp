@@ -92,30 +92,6 @@ Influence influence(const FitProblem& problem, const Fit& fit, const Unknown& un
   return result;
 }
 
-double prior_cost(const Fit& fit) {
-  double sum = 0.0;
-  for (const Unknown& u : fit.unknowns) sum += std::pow((u.value - u.prior_mean) / u.prior_deviation, 2);
-  return sum;
-}
-
-Eigen::VectorXd prior_slope(const Fit& fit) {
-  Eigen::VectorXd slope(static_cast<Eigen::Index>(fit.unknowns.size()));
-  for (Eigen::Index i = 0; i < slope.size(); ++i) {
-    const Unknown& u = fit.unknowns[static_cast<std::size_t>(i)];
-    slope[i] = (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
-  }
-  return slope;
-}
-
-/// Curvature of half the squares and the prior.
-Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit) {
-  Eigen::MatrixXd result = slopes.transpose() * slopes;
-  for (Eigen::Index i = 0; i < result.rows(); ++i) {
-    result(i, i) += 1.0 / std::pow(fit.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
-  }
-  return result;
-}
-
 /// Rows x unknowns by the linear response; settles priors that follow from what a parameter does.
 Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
   const double nominal = problem.excitation.nominal_acceleration();
@@ -164,12 +140,7 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
       Eigen::MatrixXd damped = curvature;
       damped.diagonal() *= 1.0 + damping;
       Fit next = current;
-      Eigen::VectorXd target = values + damped.ldlt().solve(slope);
-      for (Eigen::Index i = 0; i < target.size(); ++i) {
-        const Unknown& u = current.unknowns[static_cast<std::size_t>(i)];
-        target[i] = std::clamp(target[i], u.low, u.high);
-      }
-      assign(next, target);
+      assign(next, values + step_within_bounds(damped, slope, current.unknowns));
       try {
         if (exact) {
           exact->follow(problem, next, values_of(next) - values);
@@ -239,6 +210,29 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
 }
 
 }  // namespace
+
+double prior_cost(const Fit& fit) {
+  double sum = 0.0;
+  for (const Unknown& u : fit.unknowns) sum += std::pow((u.value - u.prior_mean) / u.prior_deviation, 2);
+  return sum;
+}
+
+Eigen::VectorXd prior_slope(const Fit& fit) {
+  Eigen::VectorXd slope(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+    const Unknown& u = fit.unknowns[static_cast<std::size_t>(i)];
+    slope[i] = (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
+  }
+  return slope;
+}
+
+Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit) {
+  Eigen::MatrixXd result = slopes.transpose() * slopes;
+  for (Eigen::Index i = 0; i < result.rows(); ++i) {
+    result(i, i) += 1.0 / std::pow(fit.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
+  }
+  return result;
+}
 
 Eigen::VectorXd values_of(const Fit& fit) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(fit.unknowns.size()));
@@ -326,6 +320,12 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   }
   weigh(problem, current, linear_slopes(problem, current));
   return current;
+}
+
+Fit started(const FitProblem& problem, Fit fit) {
+  simulate(problem, fit, 2);
+  polish(problem, fit);
+  return fit;
 }
 
 double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {

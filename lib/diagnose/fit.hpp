@@ -27,6 +27,12 @@ Eigen::VectorXd values_of(const Fit& fit);
 void assign(Fit& fit, const Eigen::VectorXd& values);
 void put(Fit& fit, const Unknown& unknown);
 
+/// Minus twice the logarithm of the prior, and minus half the slope of that; the curvature of half the squares and the
+/// prior, for slopes of the rows (rows x unknowns).
+double prior_cost(const Fit& fit);
+Eigen::VectorXd prior_slope(const Fit& fit);
+Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit);
+
 /// What all fits of a diagnosis share.
 struct FitProblem {
   Plant nominal;
@@ -46,6 +52,9 @@ double adequate_step(const FitProblem& problem);
 /// linear response and, where those mislead, from the machine itself. `effects` is the start, with `starts` those of
 /// the windows as another fit has found them. Throws NumericalError when not even the start can be simulated.
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts = {});
+
+/// The starts and the residual of a fit whose parameters others have settled. Throws NumericalError.
+Fit started(const FitProblem& problem, Fit fit);
 
 /// Squares of the residual there, before anything is adjusted.
 double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts);

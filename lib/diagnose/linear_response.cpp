@@ -6,11 +6,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "numerics/minimize.hpp"
+
 namespace bayesctrl {
 
 namespace {
 
-constexpr int kPolynomials = 4;  // 1, t, t^2, t^3: what cosines are slow to sum up
+constexpr int kPolynomials = 4;   // 1, t, t^2, t^3: what cosines are slow to sum up
+constexpr double kWidest = 40.0;  // logarithm of a random acceleration's square against noise, at most
 
 /// Orthonormal slow modes of one window, samples x modes.
 Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& window, double fastest) {
@@ -117,6 +120,12 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
       adjoint = (adjoint * phi[slot]).eval();
     }
     map_.push_back(std::move(map));
+    Eigen::VectorXd steps(samples - 1);
+    for (Eigen::Index i = 0; i < steps.size(); ++i) {
+      const std::size_t k = window.first + static_cast<std::size_t>(i);
+      steps[i] = m.time[k + 1] - m.time[k];
+    }
+    steps_.push_back(std::move(steps));
     Eigen::MatrixXd interleaved(rows, samples * n);
     for (Eigen::Index j = 0; j < n; ++j) {
       for (Eigen::Index i = 0; i < samples; ++i) interleaved.col(i * n + j) = projection.col(j * samples + i);
@@ -140,6 +149,65 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
   target_.resize(rows_);
   for (std::size_t w = 0; w < targets.size(); ++w) target_.segment(offset_[w], targets[w].size()) = targets[w];
   noise_ratio_ = (fast.array() / fast_count.array().max(1.0)).sqrt();
+}
+
+Eigen::MatrixXd LinearResponse::random_covariance(std::size_t window, Eigen::Index joint) const {
+  Eigen::MatrixXd columns(map_[window].rows(), steps_[window].size());
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    columns.col(i) = map_[window].col(i * joints_ + joint) / std::sqrt(steps_[window][i]);
+  }
+  return columns * columns.transpose();
+}
+
+LinearResponse LinearResponse::beside_random(const Eigen::VectorXd& intensity) const {
+  LinearResponse result = *this;
+  for (std::size_t w = 0; w < windows_.size(); ++w) {
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(map_[w].rows(), map_[w].rows());
+    for (Eigen::Index j = 0; j < joints_; ++j) covariance += intensity[j] * intensity[j] * random_covariance(w, j);
+    const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+    root.matrixL().solveInPlace(result.map_[w]);
+    root.matrixL().solveInPlace(result.projection_[w]);
+    Eigen::VectorXd target = target_.segment(offset_[w], map_[w].rows());
+    root.matrixL().solveInPlace(target);
+    result.target_.segment(offset_[w], map_[w].rows()) = target;
+  }
+  return result;
+}
+
+Eigen::VectorXd LinearResponse::likely_intensity(const Eigen::VectorXd& residual) const {
+  std::vector<Eigen::MatrixXd> parts;  // [window * joints + joint]
+  for (std::size_t w = 0; w < windows_.size(); ++w) {
+    for (Eigen::Index j = 0; j < joints_; ++j) parts.push_back(random_covariance(w, j));
+  }
+  // Minus the log likelihood of the logarithms of squared intensities.
+  const auto cost = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    double sum = 0.0;
+    gradient.setZero();
+    for (std::size_t w = 0; w < windows_.size(); ++w) {
+      const auto part = [&](Eigen::Index j) -> const Eigen::MatrixXd& {
+        return parts[w * static_cast<std::size_t>(joints_) + static_cast<std::size_t>(j)];
+      };
+      const Eigen::Index rows = map_[w].rows();
+      Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(rows, rows);
+      for (Eigen::Index j = 0; j < joints_; ++j) covariance += std::exp(x[j]) * part(j);
+      const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+      const Eigen::MatrixXd inverse = root.solve(Eigen::MatrixXd::Identity(rows, rows));
+      const Eigen::VectorXd rest = residual.segment(offset_[w], rows), solved = inverse * rest;
+      sum += 0.5 * rest.dot(solved) + root.matrixLLT().diagonal().array().log().sum();
+      for (Eigen::Index j = 0; j < joints_; ++j) {
+        gradient[j] += 0.5 * std::exp(x[j]) * (inverse.cwiseProduct(part(j)).sum() - solved.dot(part(j) * solved));
+      }
+    }
+    return sum;
+  };
+  double scale = 0.0;  // where noise and random acceleration weigh the same
+  for (const Eigen::MatrixXd& part : parts) scale += part.trace() / static_cast<double>(rows_);
+  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(joints_, std::log(std::max(scale, 1e-300)));
+  const Eigen::VectorXd start =
+      (std::log(std::max(residual.squaredNorm() / static_cast<double>(rows_), 1e-300)) - middle.array()).matrix();
+  const Eigen::VectorXd low = (-middle.array() - kWidest).matrix(), high = (-middle.array() + kWidest).matrix();
+  const MinimizeSummary found = minimize(cost, start, low, high, {.max_evaluations = 60, .relative_tolerance = 1e-6});
+  return (0.5 * found.x.array()).exp().matrix();
 }
 
 Eigen::VectorXd LinearResponse::project(std::size_t window, const Eigen::MatrixXd& positions) const {

@@ -29,6 +29,13 @@ class LinearResponse {
   /// Noise per joint over the noise given, from the modes that are too fast for mechanics.
   const Eigen::VectorXd& noise_ratio() const { return noise_ratio_; }
 
+  /// The same beside a random acceleration: white, of this intensity per joint (root of the spectral density,
+  /// acceleration times root of time). Rows are then white for a model that lacks nothing else.
+  LinearResponse beside_random(const Eigen::VectorXd& intensity) const;
+
+  /// The most probable intensities where `residual` is left.
+  Eigen::VectorXd likely_intensity(const Eigen::VectorXd& residual) const;
+
   const std::vector<Segment>& windows() const { return windows_; }
   Eigen::Index first_row(std::size_t window) const { return offset_[window]; }
   Eigen::Index row_count(std::size_t window) const { return map_[window].rows(); }
@@ -43,9 +50,13 @@ class LinearResponse {
   Eigen::MatrixXd without_start(std::size_t window, const Eigen::MatrixXd& positions) const;
 
  private:
+  /// Of a window's rows, by a random acceleration of intensity 1 in one joint.
+  Eigen::MatrixXd random_covariance(std::size_t window, Eigen::Index joint) const;
+
   int joints_;
   std::vector<Segment> windows_;
   std::vector<Eigen::Index> offset_;         // first row of each window
+  std::vector<Eigen::VectorXd> steps_;       // per window: s, of its samples
   std::vector<Eigen::MatrixXd> map_;         // per window: rows x (steps * joints)
   std::vector<Eigen::MatrixXd> projection_;  // per window: rows x (samples * joints), the same order
   std::vector<Eigen::MatrixXd> start_;       // per window: states x (samples * joints), least squares,

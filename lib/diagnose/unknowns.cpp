@@ -1,8 +1,10 @@
 #include "diagnose/unknowns.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace bayesctrl {
 
@@ -120,6 +122,36 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>
     });
   }
   return unknowns;
+}
+
+Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& slope,
+                                   const std::vector<Unknown>& unknowns) {
+  const Eigen::Index count = slope.size();
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(count);
+  std::vector<Eigen::Index> moving(static_cast<std::size_t>(count));
+  std::iota(moving.begin(), moving.end(), Eigen::Index{0});
+  while (!moving.empty()) {
+    const Eigen::VectorXd rest = slope - curvature * step;  // of those that have stopped
+    Eigen::VectorXd free(moving.size());
+    for (std::size_t i = 0; i < moving.size(); ++i) free[static_cast<Eigen::Index>(i)] = rest[moving[i]];
+    const Eigen::VectorXd move = curvature(moving, moving).ldlt().solve(free);
+    std::vector<Eigen::Index> goes_on;
+    for (std::size_t i = 0; i < moving.size(); ++i) {
+      const Unknown& u = unknowns[static_cast<std::size_t>(moving[i])];
+      const double target = u.value + move[static_cast<Eigen::Index>(i)];
+      if (target >= u.low && target <= u.high) {
+        goes_on.push_back(moving[i]);
+      } else {
+        step[moving[i]] = std::clamp(target, u.low, u.high) - u.value;
+      }
+    }
+    if (goes_on.size() == moving.size()) {
+      step(moving) = move;
+      break;
+    }
+    moving = std::move(goes_on);
+  }
+  return step;
 }
 
 }  // namespace bayesctrl

@@ -29,4 +29,9 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths);
 
+/// Newton's step from the unknowns' values for a cost with this curvature and this negative gradient. Unknowns that it
+/// would push beyond a bound stop there, and the others make the best of it.
+Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& slope,
+                                   const std::vector<Unknown>& unknowns);
+
 }  // namespace bayesctrl

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
 #include "diagnose/free_runs.hpp"
+#include "diagnose/random_force.hpp"
 
 namespace bayesctrl {
 
@@ -13,6 +15,7 @@ constexpr double kInseparable = 3.0;   // nats
 constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
 constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
 constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
+constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
 
 }  // namespace
 
@@ -88,7 +91,8 @@ double error_beyond_noise(const Fit& fit, const Explanation& explanation, const 
   return std::sqrt(std::max(0.0, rms * rms - std::pow(explanation.noise_rms(), 2)));
 }
 
-void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon) {
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
+                   double horizon) {
   if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
   const std::vector<Trajectory>& paths = explanation.measured->paths;
   const auto beyond_noise = [&](const Fit& f) { return error_beyond_noise(f, explanation, data, paths, horizon); };
@@ -107,6 +111,14 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
   for (Candidate& other : explanation.candidates) other.probability = 0.0;
   simple.probability = 1.0;
+  const Fit settled = beside_random_force(problem_about(*explanation.measured, explanation, data, options), simple.fit);
+  const double before = beyond_noise(simple.fit);
+  simple.fit.covariance = settled.covariance;
+  try {
+    const Fit there = started(problem_about(*explanation.linearisation, explanation, data, options), settled);
+    if (beyond_noise(there) < kMuchWorse * before) simple.fit = there;
+  } catch (const NumericalError&) {  // free runs diverge there
+  }
   explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
 }
 

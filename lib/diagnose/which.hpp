@@ -21,7 +21,10 @@ double error_beyond_noise(const Fit& fit, const Explanation& explanation, const 
                           const std::vector<Trajectory>& paths, double horizon);
 
 /// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Then the one
-/// comes first whose free runs are best for its size: every number has to take away a fifth of the error.
-void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, double horizon);
+/// comes first whose free runs are best for its size: every number has to take away a fifth of the error. Its
+/// parameters are those that are most probable beside a random force, unless free runs contradict them; their
+/// deviations are those beside a random force in any case.
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
+                   double horizon);
 
 }  // namespace bayesctrl

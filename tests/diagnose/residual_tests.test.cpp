@@ -21,7 +21,7 @@ Tested test(const std::vector<Measured>& data) {
   const ExplainOptions options{whole_catalogue(), {}};
   const Explanation found = explain(kPendulum, data, options);
   const Linearisation& about = *found.linearisation;
-  const FitProblem problem{kPendulum, {}, data, *about.response, *about.excitation, options.penalty, found.max_step};
+  const FitProblem problem = problem_about(about, found, data, options);
   const std::vector<ResidualTests> results = residual_tests(
       about, data, found.noise, {rests(problem, found.without_effects().fit), rests(problem, found.best().fit)});
   return {results[0], results[1]};
