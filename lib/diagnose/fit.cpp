@@ -92,29 +92,6 @@ Influence influence(const FitProblem& problem, const Fit& fit, const Unknown& un
   return result;
 }
 
-/// Rows x unknowns by the linear response; settles priors that follow from what a parameter does.
-Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
-  const double nominal = problem.excitation.nominal_acceleration();
-  Eigen::MatrixXd slopes(problem.response.rows(), static_cast<Eigen::Index>(fit.unknowns.size()));
-  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
-    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    const Influence effect = influence(problem, fit, unknown);
-    slopes.col(i) = problem.response.responses(effect.acceleration);
-    const bool sensor =
-        unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
-    if (sensor) slopes.col(i) += problem.response.measured(effect.measured);
-    if (unknown.prior_deviation <= 0.0) {
-      unknown.prior_deviation = sensor ? kPriorShare : kPriorShare * nominal / std::max(effect.rms, 1e-12 * nominal);
-    }
-    if (unknown.name == "static") {  // friction at rest is seldom more than three times that in motion
-      const auto& law = std::get<StribeckFriction>(fit.effects[static_cast<std::size_t>(unknown.effect)].form);
-      unknown.prior_mean = law.coulomb;
-      unknown.prior_deviation = std::max(law.coulomb, 0.5 * law.static_level);
-    }
-  }
-  return slopes;
-}
-
 /// Damped Gauss-Newton steps until they gain little, with slopes from the linear response or exact ones; the last
 /// slopes.
 Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, int iterations) {
@@ -162,22 +139,6 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
     if (gained < std::max(0.01, kConverged * 0.5 * current.squares)) break;
   }
   return slopes;
-}
-
-/// Covariance and evidence, by Laplace's approximation.
-void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
-  const Eigen::MatrixXd curvature = information(slopes, fit);
-  fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
-  Eigen::MatrixXd scaled = curvature;
-  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
-    const double s = fit.unknowns[static_cast<std::size_t>(i)].prior_deviation;
-    scaled.row(i) *= s;
-    scaled.col(i) *= s;
-  }
-  const double log_det =
-      scaled.size() == 0 ? 0.0 : 2.0 * Eigen::MatrixXd(scaled.llt().matrixL()).diagonal().array().log().sum();
-  fit.log_evidence =
-      -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
 }
 
 /// A model simulated as it is given. `starts` of windows, if another fit has found them.
@@ -266,6 +227,43 @@ void assign(Fit& fit, const Eigen::VectorXd& values) {
       unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
     }
   }
+}
+
+Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
+  const double nominal = problem.excitation.nominal_acceleration();
+  Eigen::MatrixXd slopes(problem.response.rows(), static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
+    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+    const Influence effect = influence(problem, fit, unknown);
+    slopes.col(i) = problem.response.responses(effect.acceleration);
+    const bool sensor =
+        unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
+    if (sensor) slopes.col(i) += problem.response.measured(effect.measured);
+    if (unknown.prior_deviation <= 0.0) {
+      unknown.prior_deviation = sensor ? kPriorShare : kPriorShare * nominal / std::max(effect.rms, 1e-12 * nominal);
+    }
+    if (unknown.name == "static") {  // friction at rest is seldom more than three times that in motion
+      const auto& law = std::get<StribeckFriction>(fit.effects[static_cast<std::size_t>(unknown.effect)].form);
+      unknown.prior_mean = law.coulomb;
+      unknown.prior_deviation = std::max(law.coulomb, 0.5 * law.static_level);
+    }
+  }
+  return slopes;
+}
+
+void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
+  const Eigen::MatrixXd curvature = information(slopes, fit);
+  fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
+  Eigen::MatrixXd scaled = curvature;
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
+    const double s = fit.unknowns[static_cast<std::size_t>(i)].prior_deviation;
+    scaled.row(i) *= s;
+    scaled.col(i) *= s;
+  }
+  const double log_det =
+      scaled.size() == 0 ? 0.0 : 2.0 * Eigen::MatrixXd(scaled.llt().matrixL()).diagonal().array().log().sum();
+  fit.log_evidence =
+      -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
 }
 
 double Fit::deviation(int effect, std::string_view name) const {

@@ -1,6 +1,5 @@
 #include "diagnose/random_force.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +13,7 @@ constexpr int kHalvings = 4;    // of a step that does not gain
 constexpr double kGain = 0.01;  // nats, below which steps end
 
 /// What the effects and the adjusted plant explain along the motion: rows of the response.
-Eigen::VectorXd explained(const FitProblem& problem, const LinearResponse& response, const Fit& fit) {
+Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
   std::vector<Eigen::MatrixXd> acceleration, measured;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
     Eigen::MatrixXd a = problem.excitation.acceleration(fit.plant, r) + problem.excitation.acceleration(fit.effects, r);
@@ -23,63 +22,52 @@ Eigen::VectorXd explained(const FitProblem& problem, const LinearResponse& respo
     acceleration.push_back(a.transpose().reshaped());
     measured.push_back(m.transpose().reshaped());
   }
-  return response.responses(acceleration) + response.measured(measured);
+  return problem.response.responses(acceleration) + problem.response.measured(measured);
 }
 
-Eigen::MatrixXd slopes(const FitProblem& problem, const LinearResponse& response, const Fit& fit) {
-  Eigen::MatrixXd result(response.rows(), static_cast<Eigen::Index>(fit.unknowns.size()));
-  for (Eigen::Index i = 0; i < result.cols(); ++i) {
-    const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    Fit higher = fit, lower = fit;
-    Unknown up = unknown, down = unknown;
-    up.value = std::min(unknown.value + unknown.step, unknown.high);
-    down.value = std::max(unknown.value - unknown.step, unknown.low);
-    put(higher, up);
-    put(lower, down);
-    result.col(i) =
-        (explained(problem, response, higher) - explained(problem, response, lower)) / (up.value - down.value);
-  }
-  return result;
-}
-
-/// Damped Gauss-Newton steps beside a random force whose response this is.
-Fit descend(const FitProblem& problem, const LinearResponse& response, Fit fit) {
-  const auto cost = [&](const Fit& f, const Eigen::VectorXd& rest) {
-    return 0.5 * (rest.squaredNorm() + prior_cost(f));
+/// Damped Gauss-Newton steps for rows that are whitened already.
+Fit descend(const FitProblem& problem, Fit fit) {
+  const auto cost = [](const Fit& f) { return 0.5 * (f.squares + prior_cost(f)); };
+  const auto look = [&](Fit& f) {
+    f.residual = problem.response.target() - explained(problem, f);
+    f.squares = f.residual.squaredNorm();
   };
-  Eigen::VectorXd rest = response.target() - explained(problem, response, fit);
-  double reached = cost(fit, rest);
+  look(fit);
+  Eigen::MatrixXd slopes;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const Eigen::MatrixXd columns = slopes(problem, response, fit);
-    const Eigen::MatrixXd curvature = information(columns, fit);
-    fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
-    Eigen::VectorXd step = step_within_bounds(curvature, columns.transpose() * rest - prior_slope(fit), fit.unknowns);
+    slopes = linear_slopes(problem, fit);
+    Eigen::VectorXd step = step_within_bounds(information(slopes, fit),
+                                              slopes.transpose() * fit.residual - prior_slope(fit), fit.unknowns);
     double gained = 0.0;
     for (int halving = 0; halving < kHalvings && gained <= 0.0; ++halving, step *= 0.5) {
       Fit next = fit;
       assign(next, values_of(fit) + step);
-      const Eigen::VectorXd left = response.target() - explained(problem, response, next);
-      gained = reached - cost(next, left);
-      if (gained <= 0.0) continue;
-      next.covariance = fit.covariance;
-      fit = std::move(next);
-      rest = left;
-      reached -= gained;
+      look(next);
+      gained = cost(fit) - cost(next);
+      if (gained > 0.0) fit = std::move(next);
     }
     if (gained < kGain) break;
   }
+  weigh(problem, fit, slopes);
   return fit;
 }
 
 }  // namespace
 
-Fit beside_random_force(const FitProblem& problem, Fit fit) {
-  if (fit.unknowns.empty()) return fit;
+Fit beside_random_force(const FitProblem& problem, const Eigen::VectorXd& intensity, Fit fit) {
+  const LinearResponse white = problem.response.beside_random(intensity);
+  const FitProblem whitened{problem.nominal,    problem.free,    problem.data,    white,
+                            problem.excitation, problem.penalty, problem.max_step};
+  return descend(whitened, std::move(fit));
+}
+
+Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit) {
+  Eigen::VectorXd intensity;
   for (int round = 0; round < kRounds; ++round) {
-    const Eigen::VectorXd rest = problem.response.target() - explained(problem, problem.response, fit);
-    fit = descend(problem, problem.response.beside_random(problem.response.likely_intensity(rest)), std::move(fit));
+    intensity = problem.response.likely_intensity(problem.response.target() - explained(problem, fit));
+    if (round + 1 < kRounds) fit = beside_random_force(problem, intensity, std::move(fit));
   }
-  return fit;
+  return intensity;
 }
 
 }  // namespace bayesctrl

@@ -4,11 +4,16 @@
 
 namespace bayesctrl {
 
-/// The most probable parameters of a fit, with their covariance, if a random force (white, of the most probable
-/// intensity) acts beside the model. Effects are evaluated along the measured motion, for with such a force the machine
-/// is where it was measured and not where the model alone would take it; `problem` is linearised about that motion.
-/// Where a model leaves far more than noise, free runs alone would give its parameters deviations that are far too
-/// small, and values that depend on where it sticks in vain.
-Fit beside_random_force(const FitProblem& problem, Fit fit);
+/// A random force (white) beside a model that leaves far more than noise, where free runs alone would give parameters
+/// deviations that are far too small, and values that depend on where the model sticks in vain. With such a force the
+/// machine is where it was measured and not where the model would take it, so effects are evaluated along the measured
+/// motion: `problem` is linearised about that (stochastic grey-box models: Kristensen, Madsen & Jorgensen 2004).
+
+/// The most probable parameters of a fit with their covariance and evidence; `residual` and `squares` are those of the
+/// whitened rows. `intensity` of the random acceleration, per joint: see LinearResponse.
+Fit beside_random_force(const FitProblem& problem, const Eigen::VectorXd& intensity, Fit fit);
+
+/// The intensity that is most probable together with the fit's parameters.
+Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit);
 
 }  // namespace bayesctrl

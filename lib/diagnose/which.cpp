@@ -15,6 +15,7 @@ constexpr double kInseparable = 3.0;   // nats
 constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
 constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
 constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
+constexpr double kMostOdds = 100.0;    // nats
 constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
 
 }  // namespace
@@ -32,7 +33,9 @@ Alike find_alike(const Explanation& explanation, int joints) {
   std::vector<std::string> own = labels(best.effects, joints);
   for (const Candidate& candidate : explanation.candidates) {
     const Fit& fit = candidate.fit;
-    if (fit.effects.size() != best.effects.size() || best.log_evidence - fit.log_evidence > kInseparable) continue;
+    if (fit.effects.size() != best.effects.size() || std::abs(best.log_evidence - fit.log_evidence) > kInseparable) {
+      continue;
+    }
     std::vector<std::string> other = labels(fit.effects, joints), lost;
     for (const std::string& name : own) {
       const auto at = std::find(other.begin(), other.end(), name);
@@ -107,11 +110,13 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
     lowest = cost;
     chosen = i;
   }
-  Candidate simple = explanation.candidates[chosen];
-  explanation.candidates.erase(explanation.candidates.begin() + static_cast<std::ptrdiff_t>(chosen));
-  for (Candidate& other : explanation.candidates) other.probability = 0.0;
-  simple.probability = 1.0;
-  const Fit settled = beside_random_force(problem_about(*explanation.measured, explanation, data, options), simple.fit);
+  std::swap(explanation.candidates[0], explanation.candidates[chosen]);
+  Candidate& simple = explanation.candidates[0];
+
+  // Parameters and probabilities beside a random force.
+  const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
+  const Eigen::VectorXd intensity = likely_intensity(measured, simple.fit);
+  const Fit settled = beside_random_force(measured, intensity, simple.fit);
   const double before = beyond_noise(simple.fit);
   simple.fit.covariance = settled.covariance;
   try {
@@ -119,7 +124,18 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
     if (beyond_noise(there) < kMuchWorse * before) simple.fit = there;
   } catch (const NumericalError&) {  // free runs diverge there
   }
-  explanation.candidates.insert(explanation.candidates.begin(), std::move(simple));
+  double sum = 0.0;
+  for (Candidate& candidate : explanation.candidates) {
+    Fit& fit = candidate.fit;
+    const bool first = &candidate == &simple;
+    fit.log_evidence = first ? settled.log_evidence : beside_random_force(measured, intensity, fit).log_evidence;
+    const bool as_simple = fit.unknowns.size() <= simple.fit.unknowns.size();
+    candidate.probability = as_simple ? std::exp(std::min(fit.log_evidence - settled.log_evidence, kMostOdds)) : 0.0;
+    sum += candidate.probability;
+  }
+  for (Candidate& candidate : explanation.candidates) candidate.probability /= sum;
+  std::sort(explanation.candidates.begin() + 1, explanation.candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.probability > b.probability; });
 }
 
 }  // namespace bayesctrl

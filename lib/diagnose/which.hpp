@@ -24,6 +24,8 @@ double error_beyond_noise(const Fit& fit, const Explanation& explanation, const 
 /// comes first whose free runs are best for its size: every number has to take away a fifth of the error. Its
 /// parameters are those that are most probable beside a random force, unless free runs contradict them; their
 /// deviations are those beside a random force in any case.
+/// Probabilities are those beside the same force, among
+/// explanations with no more numbers.
 void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
                    double horizon);
 
