@@ -117,6 +117,8 @@ ordered_json study(const fs::path& folder, bool drawn) {
   provenance.erase("wall_seconds");  // pages of the same results are the same bytes
   ordered_json spec = provenance.at("spec");
   provenance.erase("spec");
+  for (ordered_json* seed : {&provenance.at("seed"), &spec.at("seed")})
+    *seed = seed->dump();  // 64 bits, browsers have 53
   const ordered_json& model = spec.at("model");
   const std::string plant = model.at("plant");
   ordered_json result{{"name", summary.at("experiment").get<std::string>()},

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 constexpr std::size_t kCurvePoints = 2000;
-constexpr int kDigits = 5;
+constexpr int kDigits = 6;
 
 double rounded(double x) { return x == 0.0 ? 0.0 : std::strtod(format(x, kDigits).c_str(), nullptr); }
 

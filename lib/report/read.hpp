@@ -15,7 +15,7 @@ nlohmann::ordered_json read_json(const std::filesystem::path& file);
 /// A column as texts, numbers as in CSV. Throws DataError, located at `file`, if there is no such column.
 std::vector<std::string> texts(const Table& table, const std::string& column, const std::string& file);
 
-/// Some rows of a column of numbers as a picture needs them: five significant digits, what is missing is null.
+/// Some rows of a column of numbers as a picture needs them: six significant digits, what is missing is null.
 nlohmann::ordered_json curve(const std::vector<double>& values, const std::vector<std::size_t>& rows);
 
 /// Every k-th of `rows`, so that a curve has some 2000 points, and those at which `kept` says so.

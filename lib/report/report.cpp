@@ -57,8 +57,8 @@ std::string report(const std::vector<fs::path>& folders, const Published* publis
         return experiment_page(folders, published);
     }
   } catch (const nlohmann::json::exception& error) {
-    throw DataError(Location{folders[0].string()}, std::string("results are damaged or of another version: ") +
-                                                       error.what());
+    throw DataError(Location{folders[0].string()},
+                    std::string("results are damaged or of another version: ") + error.what());
   }
 }
 

@@ -1,7 +1,7 @@
 // Opens reports in headless Chromium, from disk: nothing may be asked of a network, no error may be said, and what can be
 // pressed must do what it says, in dark and light, on a phone, by keyboard and in print.
 //
-//     node reports.mjs [--shots FOLDER] experiment=PAGE diagnosis=PAGE trial=PAGE ...
+//     node reports.mjs [--shots FOLDER] KIND=PAGE ...     KIND: experiment, diagnosis, trial, or any other name
 //
 // Exit code: 0, 1 after a failure, 77 where there is no browser.
 import {existsSync, mkdirSync} from "node:fs";
@@ -12,7 +12,7 @@ const kSkipped = 77;
 const executablePath = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser"].find(path => path && existsSync(path));
 const skip = reason => { console.log(`skipped: ${reason}`); process.exit(kSkipped); };
 if (!executablePath) skip("no chromium (scripts/setup installs it)");
-const {chromium} = await import("playwright-core").catch(() => skip("no playwright-core (scripts/setup installs it)"));
+const {chromium} = await import("playwright-core");  // scripts/setup installs it
 
 const failures = [];
 const check = (holds, what) => { if (!holds) { failures.push(what); console.log(`FAILED: ${what}`); } };
@@ -23,6 +23,7 @@ const open = async (browser, file, options = {}) => {
   const page = await context.newPage(), address = pathToFileURL(resolve(file)).href;
   page.on("console", message => check(!["error", "warning"].includes(message.type()), `${file}: console: ${message.text()}`));
   page.on("pageerror", error => check(false, `${file}: ${error.stack}`));
+  page.on("dialog", dialog => { check(false, `${file}: says ${dialog.message()}`); dialog.dismiss(); });
   page.on("request", request => check(request.url() === address || /^(data|blob):/.test(request.url()), `${file}: asks for ${request.url()}`));
   await page.goto(address);
   await page.waitForFunction(() => document.querySelector("main").childElementCount > 0);
@@ -140,15 +141,14 @@ const moves = async (page, what) => {
   await page.keyboard.press("End");
 };
 
-// The page, or with `selector` the part of it from there on.
-const shoot = async (page, shots, name, selector, height = 900) => {
+// The window, or with `parts` (headings) the sections under them.
+const shoot = async (page, shots, name, parts = []) => {
   if (!shots) return;
   mkdirSync(shots, {recursive: true});
-  if (selector) await page.locator(selector).first().evaluate(node => scrollTo(0, node.getBoundingClientRect().top + scrollY - 60));
-  else await page.evaluate(() => scrollTo(0, 0));
-  await page.setViewportSize({width: page.viewportSize().width, height});
-  await page.waitForTimeout(100);
-  await page.screenshot({path: join(shots, `${name}.png`)});
+  const path = join(shots, `${name}.png`);
+  const boxes = await Promise.all(parts.map(text => page.locator("section", {has: page.locator("h3", {hasText: text})}).last().boundingBox()));
+  const top = Math.min(...boxes.map(box => box.y)), bottom = Math.max(...boxes.map(box => box.y + box.height));
+  await page.screenshot(parts.length ? {path, fullPage: true, clip: {x: 40, y: top - 8, width: page.viewportSize().width - 80, height: bottom - top + 16}} : {path});
 };
 
 const look = async (browser, kind, file, shots) => {
@@ -159,7 +159,9 @@ const look = async (browser, kind, file, shots) => {
       await sound(page, what);
       await shoot(page, shots, `${kind}-${device}-${colorScheme}`);
       if (kind === "experiment" && device === "desk") {
-        await shoot(page, shots, `${kind}-figures-${colorScheme}`, ".machines", 1150);
+        await page.locator(".player input").first().fill("2.4");
+        await shoot(page, shots, `${kind}-evolution-${colorScheme}`, ["Evolution", "Motion"]);
+        await shoot(page, shots, `${kind}-maps-${colorScheme}`, ["What was learned"]);
       }
       await chooses(page, what);
       await tabs(page, what);
@@ -177,7 +179,7 @@ const look = async (browser, kind, file, shots) => {
   await still.emulateMedia({media: "print"});
   await sound(still, `${kind}, print`);
   check((await visible(still, "[role=tabpanel]")).length === await still.locator("[role=tabpanel]").count(), `${kind}, print: panels are hidden`);
-  check((await visible(still, "button")).length === 0, `${kind}, print: buttons are seen`);
+  check((await visible(still, "button:not(thead button), select, input")).length === 0, `${kind}, print: what can be pressed is seen`);
   await still.context().close();
 };
 

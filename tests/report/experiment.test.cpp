@@ -85,7 +85,8 @@ TEST_CASE("A page asks for nothing: no address but those of licences and of the 
   for (std::size_t at = html.find("://"); at != std::string::npos; at = html.find("://", at + 1)) {
     const std::string address = html.substr(at - 5, 40);
     INFO(address);
-    CHECK((address.starts_with("http://www.w3.org/2000/svg") || address.starts_with("https://github.com/leeoniya/uPlot")));
+    CHECK((address.starts_with("http://www.w3.org/2000/svg") ||
+           address.starts_with("https://github.com/leeoniya/uPlot")));
   }
 }
 
@@ -109,8 +110,7 @@ TEST_CASE("Several studies share one page in the folder above them; published nu
              "name: Table 9\nsource: nobody\ncells:\n"
              "  - {experiment: first, controller: P1, metric: squared_error, value: 1, relative: 0.01}\n"
              "  - {experiment: elsewhere, controller: P1, metric: squared_error, value: 1, relative: 0.01}\n");
-  const CommandResult result =
-      bayesctrl_with({"report", first, second, "--against", folder.path() / "published.yaml"});
+  const CommandResult result = bayesctrl_with({"report", first, second, "--against", folder.path() / "published.yaml"});
   INFO(result.err);
   CHECK(result.status == 0);
   CHECK(result.out == "written: " + (folder.path() / "report.html").string() + "\n");
@@ -123,6 +123,24 @@ TEST_CASE("Several studies share one page in the folder above them; published nu
   CHECK(bayesctrl_with({"report", first, second, "--out", folder.path() / "page.html"}).status == 0);
   CHECK(data_of(read_file(folder.path() / "page.html", kMostBytes))["studies"] == data["studies"]);
   CHECK(bayesctrl_with({"report", first}).out == "written: " + (first / "report.html").string() + "\n");
+}
+
+TEST_CASE("The page of the paper's studies and the arm is small and holds all of Table 2", "[report]") {
+  const Folder folder;
+  std::vector<std::string> run{"run", "--quiet", "--no-report", "--out", folder.path()}, shown{"report"};
+  for (const char* name : {"exp1", "exp2", "exp3", "arm"}) {
+    run.push_back(config(name + std::string(".yaml")));
+    shown.push_back(folder.path() / name);
+  }
+  REQUIRE(bayesctrl_with(run).status == 0);
+  shown.insert(shown.end(), {"--against", config("paper_table2.yaml")});
+  REQUIRE(bayesctrl_with(shown).status == 0);
+  const std::string html = read_file(folder.path() / "report.html", kMostBytes);
+  CHECK(html.size() < 3'000'000);
+  const auto data = data_of(html);
+  CHECK(data["studies"].size() == 4);
+  CHECK(data["published"]["cells"].size() == 36);
+  for (const auto& cell : data["published"]["cells"]) CHECK(cell["ok"] == "yes");
 }
 
 TEST_CASE("run writes the page, one for a whole sweep, and --no-report leaves it out", "[report]") {

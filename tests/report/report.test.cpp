@@ -36,8 +36,7 @@ std::filesystem::path diagnosed(const Folder& folder, const std::string& name) {
                  "\nmodel: {plant: pendulum, parameters: {mass: 1, length: 1, friction: 0.2}}\n"
                  "signals: {time: t, position: q, input: u}\nrecordings: [train.csv]\n");
   const auto out = folder.path() / "out";
-  const CommandResult result =
-      bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet"});
+  const CommandResult result = bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet"});
   INFO(result.err);
   REQUIRE(result.status == 0);
   return out;
@@ -75,8 +74,7 @@ TEST_CASE("With --no-report there is none, and a folder without results has none
   const Folder folder;
   const auto out = diagnosed(folder, "plain");
   std::filesystem::remove(out / "report.html");
-  CHECK(bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet", "--no-report"})
-            .status == 0);
+  CHECK(bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet", "--no-report"}).status == 0);
   CHECK_FALSE(std::filesystem::exists(out / "report.html"));
   CHECK_THROWS_AS(report({folder.path()}), IoError);
 }

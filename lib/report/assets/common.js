@@ -24,10 +24,16 @@ const section = (place, title, level = "h2") => {
 const raised = x => String(x).replace(/[-\d]/g, c => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]);
 const number = (x, digits = 4) => {
   if (typeof x !== "number") return "–";
-  if (Number.isSafeInteger(x)) return String(x).replace("-", "−");
+  if (Number.isSafeInteger(x) && Math.abs(x) < 1e5) return String(x).replace("-", "−");
   const power = Math.floor(Math.log10(Math.abs(x)));
-  const text = power < -3 || power > 5 ? `${Number((x / 10 ** power).toPrecision(digits))}·10${raised(power)}` : String(Number(x.toPrecision(digits)));
+  const text = power < -3 || power > 4 ? `${Number((x / 10 ** power).toPrecision(digits))}·10${raised(power)}` : String(Number(x.toPrecision(digits)));
   return text.replace("-", "−");
+};
+const labels_of = list => {  // of ticks: as few digits as tell them apart
+  for (let digits = 3; ; ++digits) {
+    const texts = list.map(x => x === null ? "" : number(x, digits));
+    if (new Set(texts).size === new Set(list).size || digits > 8) return texts;
+  }
 };
 const percent = x => (100 * x).toFixed(x >= 0.0995 ? 0 : 1) + "\u00a0%";
 const words = name => name.replaceAll("_", " ");
@@ -96,7 +102,7 @@ const table = (caption, columns, rows) => {
   fill(rows);
   const id = "caption" + ++count;
   return element("div", {class: "table"}, element("p", {class: "soft", id}, caption),
-    element("div", {class: "scroll", tabindex: "0", role: "region", "aria-labelledby": id},
+    element("div", {class: rows.length > 24 ? "scroll long" : "scroll", tabindex: "0", role: "region", "aria-labelledby": id},
       element("table", {"aria-labelledby": id}, element("thead", {}, element("tr", {}, ...heads)), body)),
     copy_button("copy table", () => tabbed([columns, ...rows.map(row => row.map(cell => plain(cell) ?? ""))])));
 };
@@ -105,7 +111,7 @@ const table = (caption, columns, rows) => {
 const choice = (place, label, names, draw, chosen = 0) => {
   const body = element("div");
   const show = i => { body.replaceChildren(); draw(i, body); };
-  const select = element("select", {onchange: () => show(Number(select.value))},
+  const select = element("select", {onchange: () => { show(Number(select.value)); redraw(); }},
     ...names.map((name, i) => element("option", {value: String(i)}, name)));
   select.value = String(chosen);
   if (names.length > 1) place.append(element("label", {class: "choice"}, label + " ", select));
@@ -145,6 +151,7 @@ const figure = (place, picture, caption, ...more) => {
   return node;
 };
 
+// Plots are drawn when all around them stands and they can be seen: their width is that of their place.
 let plots = [];  // {holder, draw}
 const redraw = () => {
   plots = plots.filter(p => p.holder.isConnected);
@@ -165,6 +172,10 @@ const plot = (place, caption, x, series, options = {}) => {
   const holder = element("div", {class: "plot", role: "img", "aria-label": alternative, tabindex: "0"});
   figure(place, holder, caption + " ", copy_button("copy data", () =>
     tabbed([["t (s)", ...series.map(s => s.label)], ...x.map((t, i) => [t, ...series.map(s => s.values[i] ?? "")])])));
+  // A run that diverges ends at 1e150: what came before is to be seen.
+  const kDiverged = 1e9, sizes = series.flatMap(s => s.values).filter(v => typeof v === "number").map(Math.abs).sort((a, b) => a - b);
+  const limit = Math.min(20 * sizes[Math.floor(sizes.length / 2)] || 1, 1e6);
+  const seen = (_, least, most) => sizes.at(-1) > kDiverged ? [-limit, limit] : uPlot.rangeNum(least ?? 0, most ?? 1, 0.1, true);
   let u = null, line = null;
   const draw = () => {
     if (u) u.destroy();
@@ -172,8 +183,8 @@ const plot = (place, caption, x, series, options = {}) => {
       labelFont: "13px system-ui, sans-serif", labelSize: 20, labelGap: 0};
     u = new uPlot({
       width: width_of(holder), height: options.height || 220,
-      scales: {x: {time: false}}, cursor: {sync: options.sync ? {key: options.sync} : undefined, points: {size: 6}},
-      axes: [{...axis, label: "t (s)", size: 32}, {...axis, label: options.y || "", size: 52}],
+      scales: {x: {time: false}, y: {range: seen}}, cursor: {sync: options.sync ? {key: options.sync} : undefined, points: {size: 6}},
+      axes: [{...axis, label: "t (s)", size: 32}, {...axis, label: options.y || "", size: 52, values: (_, list) => labels_of(list)}],
       bands: (options.bands || []).map(pair => ({series: pair, fill: colour("band")})),
       series: [{label: "t (s)", value: (_, t) => number(t)}, ...series.map(s => ({label: s.label, stroke: colour(s.colour), width: s.width ?? 1.5,
         dash: s.dash, spanGaps: false, points: {show: false}, value: (_, v) => number(v), paths: s.steps ? uPlot.paths.stepped({align: 1}) : undefined}))],
@@ -211,13 +222,13 @@ const plot = (place, caption, x, series, options = {}) => {
     if (actions[event.key]) { event.preventDefault(); actions[event.key](); }
   });
   plots.push({holder, draw});
-  draw();
 };
 const kPlotHelp = "In every plot: drag to enlarge a stretch of time, double-click to see all again. With the keyboard: the arrows move the " +
   "cursor (with Shift: faster), + and − enlarge and reduce, 0 shows all.";
 
-// Once the page is made: plots follow the window, the colour scheme and the printer.
+// Once the page is made: plots are drawn, and follow the window, the colour scheme and the printer.
 const begin = () => {
+  redraw();
   let width = innerWidth;
   addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; redraw(); } });
   for (const media of [printing, matchMedia("(prefers-color-scheme: dark)")]) media.addEventListener("change", redraw);

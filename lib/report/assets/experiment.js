@@ -1,7 +1,7 @@
 // The report of experiments: the paper's figures and table for every study.
 const kControllerColours = ["grey", "orange", "green", "blue", "purple", "red", "sky", "yellow"];
 const kJointColours = ["blue", "orange", "green", "purple"];
-const kMetricNames = {energy: "energy", energy_riemann: "energy, Riemann sum", drift_points: "data of a", gain_points: "data of b", new_drift_points: "new data of a",
+const kMetricNames = {energy: "energy", energy_riemann: "energy, Riemann sum", drift_points: "data of a", gain_points: "data of b", final_angle: "final q", new_drift_points: "new data of a",
   new_gain_points: "new data of b"};
 const metric_name = (metric, units = {}) =>
   with_unit(kMetricNames[metric] || words(metric), {final_angle: units.q, peak_input: units.u}[metric]);
@@ -35,12 +35,12 @@ const published_table = place => {
 // One row per controller, without the columns that say nothing: empty, or zero in every row.
 const runs_table = (caption, studies) => {
   const rows = studies.flatMap(s => s.rows), points = [...new Set(studies.flatMap(s => Object.keys(s.point)))];
-  const columns = Object.keys(rows[0]).filter(c => rows.some(r => r[c]));
-  const shown = columns.filter(c => studies.length > 1 || c !== "experiment");
-  const bad = row => row.status === "ok" ? undefined : "violated";
-  const names = shown.map(c => points.includes(c) ? c : metric_name(c, studies[0].units));
-  const order = [shown.indexOf("controller"), ...shown.keys()].filter((k, i) => i === 0 || shown[k] !== "controller");
-  return table(caption, order.map(k => names[k]), rows.map(row => order.map(k => ({value: row[shown[k]], kind: shown[k] === "status" ? bad(row) : undefined}))));
+  const measured = Object.keys(rows[0]).filter(c => !["controller", "experiment", ...points].includes(c) && rows.some(r => r[c]));
+  const named = new Set(rows.map(r => r.experiment)).size > 1 ? ["experiment"] : [];
+  const as_number = text => text !== "" && isFinite(text) ? Number(text) : text ?? null;
+  const cell = (row, column) => ({value: points.includes(column) ? as_number(row[column]) : row[column], kind: column === "status" && row.status !== "ok" ? "violated" : undefined});
+  const columns = ["controller", ...named, ...points, ...measured];
+  return table(caption, columns.map(c => points.includes(c) ? c : metric_name(c, studies[0].units)), rows.map(row => columns.map(c => cell(row, c))));
 };
 
 const comparison = (place, study) => {
@@ -54,7 +54,7 @@ const comparison = (place, study) => {
     const list = study.rows.map((row, i) => {
       const told = cells.find(c => c.experiment === study.name && c.controller === row.controller && others.includes(c.metric));
       return {label: row.controller, value: row[metric], colour: kControllerColours[i % kControllerColours.length], published: told ? told.published : undefined};
-    }).filter(b => typeof b.value === "number");
+    }).filter((b, i) => typeof b.value === "number" && study.rows[i].status === "ok");
     if (list.length) bars(pair, what + (list.some(b => b.published !== undefined) ? " The marks are the published values." : ""), list, unit);
   }
 };
@@ -106,11 +106,13 @@ const learned = (place, study) => {
     const known = grid.error_a.map((e, k) => [e, grid.sd_a[k]]).filter(p => p[0] !== null && p[1] !== null);
     const covered = known.filter(([e, sd]) => e <= 2 * sd).length / known.length;
     const pair = element("div", {class: "pair"});
-    const draw = (key, title, caption, points, unit) =>
-      map(pair, title, caption + cut, {q: grid.q, v: grid.v, values: grid[key], from: key === "mean_log_b" ? undefined : 0}, labels, unit, path, points);
+    const draw = (key, title, caption, points, unit, over = [0]) =>
+      map(pair, title, caption + cut, {q: grid.q, v: grid.v, values: grid[key], over}, labels, unit, path, points);
+    // Differences far below what is known at best are none.
+    const [least, most] = range([grid.mean_log_b]), [best] = range([grid.sd_log_b]), middle = (least + most) / 2;
     draw("error_a", "|a(x) − E[a(x)]|", `${name}: error of the learned drift at the end. Stars: training points; white line: the way of the state.`, a, u.a);
     draw("sd_a", "√var[a(x)]", `${name}: posterior standard deviation of the drift. The error is within two of them on ${percent(covered)} of the map.`, a, u.a);
-    draw("mean_log_b", "E[log b(x)]", `${name}: posterior mean of the logarithm of the input gain.`, b, "");
+    draw("mean_log_b", "E[log b(x)]", `${name}: posterior mean of the logarithm of the input gain.`, b, "", [middle - best, middle + best]);
     draw("sd_log_b", "√var[log b(x)]", `${name}: its posterior standard deviation.`, b, "");
     body.append(pair);
     slice(body, grid, `${name}: posterior over log b at the velocity nearest zero, with its band of two standard deviations.${grid.log_b ? " Dashed: the truth." : ""} Stars: all training points.` + cut, labels[0], b);
@@ -134,12 +136,12 @@ const slice = (place, grid, caption, label, points) => {
   figure(place, frame.svg, caption);
 };
 
-// A nested object as rows [path, value]; lists stand in one cell.
+// A nested object as rows [path, value], with all digits; lists stand in one cell.
 const flat = (object, path = "") => Object.entries(object ?? {}).flatMap(([key, value]) => {
   const name = path ? `${path}.${key}` : key;
-  if (value === null) return [[name, {value: "–"}]];
-  if (typeof value !== "object") return [[name, typeof value === "boolean" ? String(value) : value]];
-  if (Array.isArray(value) && value.every(x => typeof x !== "object")) return [[name, {value: `[${value.join(", ")}]`}]];
+  if (value === null) return [[name, null]];
+  if (typeof value !== "object") return [[name, String(value)]];
+  if (Array.isArray(value) && value.every(x => typeof x !== "object")) return [[name, `[${value.join(", ")}]`]];
   return flat(value, name);
 });
 const settings = (place, study) => {

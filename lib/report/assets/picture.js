@@ -15,14 +15,15 @@ const axes = (alternative, [x0, x1], [y0, y1], labels, {width = 460, height = 33
   const px = x => left + (right - left) * (x - x0) / (x1 - x0), py = y => bottom - (bottom - top) * (y - y0) / (y1 - y0);
   const svg = element("svg", {viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": alternative, class: "picture"});
   const write = (x, y, anchor, text, more = {}) => svg.append(element("text", {x, y, "text-anchor": anchor, ...more}, text));
-  for (const x of ticks(x0, x1)) {
+  const across = ticks(x0, x1), up = ticks(y0, y1), across_labels = labels_of(across), up_labels = labels_of(up);
+  across.forEach((x, i) => {
     svg.append(element("line", {x1: px(x), x2: px(x), y1: bottom, y2: bottom + 5, class: "axis"}));
-    write(px(x), bottom + 19, "middle", number(x, 3));
-  }
-  for (const y of ticks(y0, y1)) {
+    write(px(x), bottom + 19, "middle", across_labels[i]);
+  });
+  up.forEach((y, i) => {
     svg.append(element("line", {x1: left - 5, x2: left, y1: py(y), y2: py(y), class: "axis"}));
-    write(left - 8, py(y) + 4, "end", number(y, 3));
-  }
+    write(left - 8, py(y) + 4, "end", up_labels[i]);
+  });
   write((left + right) / 2, height - 8, "middle", labels[0]);
   write(0, 0, "middle", labels[1], {transform: `translate(14 ${(top + bottom) / 2}) rotate(-90)`});
   svg.append(element("rect", {x: left, y: top, width: right - left, height: bottom - top, fill: "none", class: "axis"}));
@@ -55,14 +56,14 @@ const stars = (frame, xs, ys) => {
   frame.svg.append(element("path", {d: shape, class: "halo"}), element("path", {d: shape, class: "star"}));
 };
 
-// A map of `grid.values` over positions and velocities with the state's path and the training points. The colours begin at
-// `grid.from`, or else at the least value.
+// A map of `grid.values` over positions and velocities with the state's path and the training points. The colours go from
+// the least to the greatest value, and at least over the range `grid.over`.
 const map = (place, title, caption, grid, labels, unit, path, points) => {
   const half = list => (list[1] - list[0]) / 2;
   const dq = half(grid.q), dv = half(grid.v);
-  const [lowest, most] = range([grid.values]), least = grid.from ?? lowest;
+  const [lowest, highest] = range([grid.values]), [least, most] = range([grid.values, grid.over]);
   const known = grid.values.filter(x => x !== null).sort((a, b) => a - b), median = known[Math.floor(known.length / 2)];
-  const alternative = `${title}, a map over ${labels[0]} and ${labels[1]}: from ${number(lowest, 3)} to ${number(most, 3)} ${unit}, median ${number(median, 3)}. ` +
+  const alternative = `${title}, a map over ${labels[0]} and ${labels[1]}: from ${number(lowest, 3)} to ${number(highest, 3)} ${unit}, median ${number(median, 3)}. ` +
     `${points.q.length} training points. ${caption}`;
   const frame = axes(alternative, [grid.q[0] - dq, grid.q.at(-1) + dq], [grid.v[0] - dv, grid.v.at(-1) + dv], labels, {margin: 82});
   const cells = element("g", {"shape-rendering": "crispEdges"});
@@ -81,9 +82,10 @@ const map = (place, title, caption, grid, labels, unit, path, points) => {
   for (let i = 0; i < steps; ++i) {
     frame.svg.append(element("rect", {x: bar, y: frame.bottom - (i + 1) * tall, width: 12, height: tall + 0.3, fill: viridis((i + 0.5) / steps)}));
   }
-  for (const z of most > least ? ticks(least, most, 5) : [least]) {
-    frame.svg.append(element("text", {x: bar + 17, y: frame.bottom - share(z) * (frame.bottom - frame.top) + 4}, number(z, 3)));
-  }
+  const levels = most > least ? ticks(least, most, 5) : [least], labels_of_levels = labels_of(levels);
+  levels.forEach((z, i) => {
+    frame.svg.append(element("text", {x: bar + 17, y: frame.bottom - share(z) * (frame.bottom - frame.top) + 4}, labels_of_levels[i]));
+  });
   const node = figure(place, frame.svg, caption);
   node.prepend(element("h4", {}, with_unit(title, unit)));
 };
