@@ -44,7 +44,10 @@ ordered_json probing(const std::vector<std::string>& modes, const std::vector<do
   ordered_json list = ordered_json::array();
   for (std::size_t begin = 0, end = 0; begin < modes.size(); begin = end) {
     while (end < modes.size() && modes[end] == modes[begin]) ++end;
-    if (modes[begin] != "control") list.push_back({t[begin], t[std::min(end, t.size() - 1)], modes[begin]});
+    if (modes[begin] == "control") continue;
+    ordered_json stretch = curve(t, {begin, std::min(end, t.size() - 1)});
+    stretch.push_back(modes[begin]);
+    list.push_back(std::move(stretch));
   }
   return list;
 }

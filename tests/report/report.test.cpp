@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
+#include "io/examples.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "report/page.hpp"
