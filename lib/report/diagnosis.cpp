@@ -92,8 +92,11 @@ std::string sentence(const ordered_json& d) {
 std::string diagnosis_page(const fs::path& folder) {
   const ordered_json d = read_json(folder / "diagnosis.json");
   require(d);
-  ordered_json data{{"kind", "diagnosis"}, {"sentence", sentence(d)},       {"diagnosis", d},
-                    {"joints", 1},         {"runs", ordered_json::array()}, {"torque", ordered_json::array()}};
+  ordered_json data{{"sentence", sentence(d)},
+                    {"diagnosis", d},
+                    {"joints", 1},
+                    {"runs", ordered_json::array()},
+                    {"torque", ordered_json::array()}};
   const auto add = [&](const fs::path& file, const char* list, const std::vector<std::string>& by,
                        const std::vector<std::pair<std::string, std::string>>& columns) {
     if (!fs::exists(file)) return;

@@ -107,7 +107,7 @@ ordered_json posterior(const fs::path& path) {
     if (q_axis.size() * v_axis.size() != rows.size()) throw DataError(Location{file}, "is no grid over q and v");
     ordered_json grid{{"q", curve(q, q_axis)}, {"v", curve(v, v_axis)}};
     for (const char* name : {"error_a", "sd_a", "mean_log_b", "sd_log_b", "log_b"}) {
-      if (table.find(name) != nullptr) grid[name] = curve(numbers(table, name, file), rows);
+      grid[name] = curve(numbers(table, name, file), rows);
     }
     grids.push_back(std::move(grid));
   }
@@ -122,8 +122,12 @@ ordered_json study(const fs::path& folder, bool drawn) {
   provenance.erase("spec");
   for (ordered_json* seed : {&provenance.at("seed"), &spec.at("seed")})
     *seed = seed->dump();  // 64 bits, browsers have 53
-  const ordered_json& model = spec.at("model");
-  const std::string plant = model.at("plant");
+  for (const char* path : {"/initial_state/position", "/initial_state/velocity", "/duration", "/control_period",
+                           "/inner_law/position_weight", "/inner_law/velocity_weight", "/reference/type",
+                           "/controllers", "/model/parameters"}) {
+    spec.at(ordered_json::json_pointer(path));  // what the page reads beside showing it
+  }
+  const std::string plant = spec.at("model").at("plant");
   ordered_json result{{"name", summary.at("experiment").get<std::string>()},
                       {"description", summary.at("description").get<std::string>()},
                       {"point", summary.value("point", ordered_json::object())},
@@ -189,7 +193,7 @@ std::string title(const std::vector<std::string>& names) {
 }  // namespace
 
 std::string experiment_page(const std::vector<fs::path>& folders, const Published* published) {
-  ordered_json data{{"kind", "experiment"}, {"studies", ordered_json::array()}};
+  ordered_json data{{"studies", ordered_json::array()}};
   std::vector<std::string> names;
   for (const fs::path& folder : studies_in(folders)) {
     data["studies"].push_back(study(folder, data["studies"].size() < kMostDrawn));
@@ -200,7 +204,10 @@ std::string experiment_page(const std::vector<fs::path>& folders, const Publishe
   if (!cells.empty()) {
     data["published"] = {{"name", published->name}, {"source", published->source}, {"cells", std::move(cells)}};
   }
-  return page(title(names), std::string(assets::k_animation_js) + std::string(assets::k_experiment_js), data);
+  std::string script;
+  for (const std::string_view part : {assets::k_animation_js, assets::k_learned_js, assets::k_experiment_js})
+    script += part;
+  return page(title(names), script, data);
 }
 
 }  // namespace bayesctrl

@@ -68,9 +68,8 @@ std::string page(std::string_view title, std::string_view script, const nlohmann
   html += "</script>\n<script>\n";
   html += assets::k_uPlot_iife_min_js;
   html += "\n</script>\n<script>\n\"use strict\";\n(() => {\n";
-  html += assets::k_common_js;
-  html += assets::k_picture_js;
-  html += script;
+  for (const std::string_view part : {assets::k_common_js, assets::k_plot_js, assets::k_picture_js, script})
+    html += part;
   html += "})();\n</script>\n</body>\n</html>\n";
   return html;
 }

@@ -1,5 +1,7 @@
 #include "report/report.hpp"
 
+#include <algorithm>
+
 #include "base/error.hpp"
 #include "io/files.hpp"
 #include "report/pages.hpp"
@@ -21,7 +23,7 @@ Kind kind_of(const fs::path& folder) {
                 " holds no results: neither table.csv of run, diagnosis.json of diagnose, nor cases.csv of trial");
 }
 
-/// The nearest folder that is above all of `folders`, or that is the only one.
+/// The nearest folder that is above all of `folders`, or that is the only one; relative where all are.
 fs::path common(const std::vector<fs::path>& folders) {
   const auto absolute = [](const fs::path& folder) {
     fs::path path = fs::absolute(folder).lexically_normal();
@@ -35,7 +37,9 @@ fs::path common(const std::vector<fs::path>& folders) {
       shared /= *a;
     above = shared;
   }
-  return folders.size() == 1 ? folders.front() : above;
+  if (folders.size() == 1) return folders.front();
+  const bool relative = std::all_of(folders.begin(), folders.end(), [](const fs::path& f) { return f.is_relative(); });
+  return relative ? fs::proximate(above) : above;
 }
 
 }  // namespace

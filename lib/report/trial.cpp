@@ -56,8 +56,7 @@ std::string trial_page(const fs::path& folder) {
   const std::string seed = summary.contains("seed") ? summary.at("seed").dump() : "?";
   return page(
       "Trial on concealed effects, seed " + seed, assets::k_trial_js,
-      {{"kind", "trial"},
-       {"sentence", std::to_string(cases.rows()) + " machines with concealed physics, or none, were diagnosed from "
+      {{"sentence", std::to_string(cases.rows()) + " machines with concealed physics, or none, were diagnosed from "
                                                    "their recordings alone; then the truth was opened."},
        {"summary", summary},
        {"confusion", confusion},

@@ -196,8 +196,10 @@ TEST_CASE("Every figure of the scripts has a text alternative and a caption", "[
     if (entry.path().extension() != ".js") continue;
     INFO(entry.path());
     const std::string script = read_file(entry.path(), kMostBytes);
-    CHECK(count(script, "element(\"svg\"") == count(script, "element(\"svg\", {viewBox"));
-    CHECK(count(script, "role: \"img\"") >= count(script, "element(\"svg\""));
+    for (std::size_t at = script.find("element(\"svg\""); at != std::string::npos;
+         at = script.find("element(\"svg\"", at + 1)) {
+      CHECK_THAT(script.substr(at, 300), Contains("role: \"img\""));
+    }
     CHECK_THAT(script, !Contains("innerHTML") && !Contains("eval("));
   }
 }

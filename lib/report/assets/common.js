@@ -1,4 +1,4 @@
-// What all reports share: elements, tables, choices, tabs, plots over time. Text from user files only ever becomes text
+// What all reports share: elements, numbers, tables, choices, tabs. Text from user files only ever becomes text
 // nodes and attributes.
 const data = JSON.parse(document.getElementById("data").textContent);
 const main = document.querySelector("main");
@@ -6,10 +6,13 @@ const colour = name => getComputedStyle(document.documentElement).getPropertyVal
 const kSvg = new Set(["svg", "rect", "circle", "line", "path", "text", "g", "title"]);
 
 const element = (name, attributes = {}, ...children) => {
-  const node = kSvg.has(name) ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
+  const node =
+      kSvg.has(name) ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
-    else if (value !== undefined && value !== null) node.setAttribute(key, value);
+    if (key.startsWith("on"))
+      node.addEventListener(key.slice(2), value);
+    else if (value !== undefined && value !== null)
+      node.setAttribute(key, value);
   }
   node.append(...children);
   return node;
@@ -26,23 +29,28 @@ const number = (x, digits = 4) => {
   if (typeof x !== "number") return "–";
   if (Number.isSafeInteger(x) && Math.abs(x) < 1e5) return String(x).replace("-", "−");
   const power = Math.floor(Math.log10(Math.abs(x)));
-  const text = power < -3 || power > 4 ? `${Number((x / 10 ** power).toPrecision(digits))}·10${raised(power)}` : String(Number(x.toPrecision(digits)));
+  const text = power < -3 || power > 4 ? `${Number((x / 10 ** power).toPrecision(digits))}·10${raised(power)}` :
+                                         String(Number(x.toPrecision(digits)));
   return text.replace("-", "−");
 };
 const labels_of = list => {  // of ticks: as few digits as tell them apart
-  for (let digits = 3; ; ++digits) {
+  for (let digits = 3;; ++digits) {
     const texts = list.map(x => x === null ? "" : number(x, digits));
     if (new Set(texts).size === new Set(list).size || digits > 8) return texts;
   }
 };
 const percent = x => (100 * x).toFixed(x >= 0.0995 ? 0 : 1) + "\u00a0%";
 const words = name => name.replaceAll("_", " ");
+const numbered = (name, j, joints) => joints > 1 ? name + (j + 1) : name;
 const with_unit = (text, unit) => unit ? `${text} (${unit})` : text;
 const range = lists => {  // of numbers, leaving out what is missing
   let least = Infinity, most = -Infinity;
   for (const list of lists) {
     for (const x of list) {
-      if (typeof x === "number") { least = Math.min(least, x); most = Math.max(most, x); }
+      if (typeof x === "number") {
+        least = Math.min(least, x);
+        most = Math.max(most, x);
+      }
     }
   }
   return most >= least ? [least, most] : [0, 0];
@@ -65,14 +73,16 @@ const copy_button = (label, text) => {
       area.remove();
     }
     said.textContent = " copied";
-    setTimeout(() => { said.textContent = ""; }, 2000);
+    setTimeout(() => {
+      said.textContent = "";
+    }, 2000);
   };
   return element("span", {class: "copy"}, element("button", {type: "button", onclick: copy}, label), said);
 };
 const tabbed = rows => rows.map(row => row.join("\t")).join("\n");
 
-// A table that can be sorted by its headings and copied. A cell is a number, a text, null, or {text, value, kind, node}:
-// `value` sorts and is copied, `kind` is its class. The first column names its row.
+// A table that can be sorted by its headings and copied. A cell is a number, a text, null, or {text, value, kind,
+// node}: `value` sorts and is copied, `kind` is its class. The first column names its row.
 const table = (caption, columns, rows) => {
   const plain = cell => cell !== null && typeof cell === "object" ? cell.value : cell;
   const draw = (cell, i) => {
@@ -85,34 +95,54 @@ const table = (caption, columns, rows) => {
   const fill = list => body.replaceChildren(...list.map(row => element("tr", {}, ...row.map(draw))));
   const missing = x => x === null || x === undefined || x === "";
   const compare = (a, b) => missing(a) || missing(b) ? missing(a) - missing(b) :
-    typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), undefined, {numeric: true});
+      typeof a === "number" && typeof b === "number" ? a - b :
+                                                       String(a).localeCompare(String(b), undefined, {numeric: true});
   const heads = columns.map((name, i) => {
-    const head = element("th", {scope: "col"}, element("button", {type: "button", onclick: () => {
-      const down = head.getAttribute("aria-sort") === "ascending";
-      heads.forEach(other => other.removeAttribute("aria-sort"));
-      head.setAttribute("aria-sort", down ? "descending" : "ascending");
-      fill([...rows].sort((a, b) => {  // what is missing stays last
-        const [x, y] = [plain(a[i]), plain(b[i])];
-        return (down && !missing(x) && !missing(y) ? -1 : 1) * compare(x, y);
-      }));
-    }}, name));
+    const head = element(
+        "th", {scope: "col"},
+        element(
+            "button", {
+              type: "button",
+              onclick: () => {
+                const down = head.getAttribute("aria-sort") === "ascending";
+                heads.forEach(other => other.removeAttribute("aria-sort"));
+                head.setAttribute("aria-sort", down ? "descending" : "ascending");
+                fill([...rows].sort((a, b) => {  // what is missing stays last
+                  const [x, y] = [plain(a[i]), plain(b[i])];
+                  return (down && !missing(x) && !missing(y) ? -1 : 1) * compare(x, y);
+                }));
+              }
+            },
+            name));
     if (rows.some(row => typeof plain(row[i]) === "number")) head.classList.add("number");
     return head;
   });
   fill(rows);
   const id = "caption" + ++count;
-  return element("div", {class: "table"}, element("p", {class: "soft", id}, caption),
-    element("div", {class: rows.length > 24 ? "scroll long" : "scroll", tabindex: "0", role: "region", "aria-labelledby": id},
-      element("table", {"aria-labelledby": id}, element("thead", {}, element("tr", {}, ...heads)), body)),
-    copy_button("copy table", () => tabbed([columns, ...rows.map(row => row.map(cell => plain(cell) ?? ""))])));
+  return element(
+      "div", {class: "table"}, element("p", {class: "soft", id}, caption),
+      element(
+          "div",
+          {class: rows.length > 24 ? "scroll long" : "scroll", tabindex: "0", role: "region", "aria-labelledby": id},
+          element("table", {"aria-labelledby": id}, element("thead", {}, element("tr", {}, ...heads)), body)),
+      copy_button("copy table", () => tabbed([columns, ...rows.map(row => row.map(cell => plain(cell) ?? ""))])));
 };
 
 // One of several things at a time, by a list.
 const choice = (place, label, names, draw, chosen = 0) => {
   const body = element("div");
-  const show = i => { body.replaceChildren(); draw(i, body); };
-  const select = element("select", {onchange: () => { show(Number(select.value)); redraw(); }},
-    ...names.map((name, i) => element("option", {value: String(i)}, name)));
+  const show = i => {
+    body.replaceChildren();
+    draw(i, body);
+  };
+  const select = element(
+      "select", {
+        onchange: () => {
+          show(Number(select.value));
+          redraw();
+        }
+      },
+      ...names.map((name, i) => element("option", {value: String(i)}, name)));
   select.value = String(chosen);
   if (names.length > 1) place.append(element("label", {class: "choice"}, label + " ", select));
   place.append(body);
@@ -123,9 +153,20 @@ const choice = (place, label, names, draw, chosen = 0) => {
 const printing = matchMedia("print");
 const tabs = (place, label, names, draw) => {
   const id = "tabs" + ++count;
-  const panels = names.map((_, i) => element("div", {role: "tabpanel", id: `${id}-panel${i}`, "aria-labelledby": `${id}-tab${i}`, "data-title": names[i], hidden: ""}));
+  const panels = names.map((_, i) => element("div", {
+                             role: "tabpanel",
+                             id: `${id}-panel${i}`,
+                             "aria-labelledby": `${id}-tab${i}`,
+                             "data-title": names[i],
+                             hidden: ""
+                           }));
   const drawn = names.map(() => false);
-  const ensure = i => { if (!drawn[i]) { drawn[i] = true; draw(i, panels[i]); } };
+  const ensure = i => {
+    if (!drawn[i]) {
+      drawn[i] = true;
+      draw(i, panels[i]);
+    }
+  };
   const show = (i, focus) => {
     buttons.forEach((button, k) => {
       button.setAttribute("aria-selected", String(k === i));
@@ -136,100 +177,31 @@ const tabs = (place, label, names, draw) => {
     redraw();
     if (focus) buttons[i].focus();
   };
-  const keys = {ArrowRight: i => (i + 1) % names.length, ArrowLeft: i => (i + names.length - 1) % names.length, Home: () => 0, End: () => names.length - 1};
-  const buttons = names.map((name, i) => element("button", {type: "button", role: "tab", id: `${id}-tab${i}`, "aria-controls": `${id}-panel${i}`,
-    onclick: () => show(i), onkeydown: event => { if (keys[event.key]) { event.preventDefault(); show(keys[event.key](i), true); } }}, name));
+  const keys = {
+    ArrowRight: i => (i + 1) % names.length,
+    ArrowLeft: i => (i + names.length - 1) % names.length,
+    Home: () => 0,
+    End: () => names.length - 1
+  };
+  const buttons = names.map(
+      (name, i) => element(
+          "button", {
+            type: "button",
+            role: "tab",
+            id: `${id}-tab${i}`,
+            "aria-controls": `${id}-panel${i}`,
+            onclick: () => show(i),
+            onkeydown: event => {
+              if (keys[event.key]) {
+                event.preventDefault();
+                show(keys[event.key](i), true);
+              }
+            }
+          },
+          name));
   place.append(element("div", {role: "tablist", "aria-label": label}, ...buttons), ...panels);
-  printing.addEventListener("change", () => { if (printing.matches) names.forEach((_, i) => ensure(i)); });
+  printing.addEventListener("change", () => {
+    if (printing.matches) names.forEach((_, i) => ensure(i));
+  });
   show(0);
-};
-
-// Something in a frame with its caption; the caption begins with the figure's number in its panel.
-const figure = (place, picture, caption, ...more) => {
-  const node = element("figure", {}, picture, element("figcaption", {}, caption, ...more));
-  place.append(node);
-  return node;
-};
-
-// Plots are drawn when all around them stands and they can be seen: their width is that of their place.
-let plots = [];  // {holder, draw}
-const redraw = () => {
-  plots = plots.filter(p => p.holder.isConnected);
-  plots.forEach(p => { if (printing.matches || p.holder.clientWidth) p.draw(); });
-};
-// Pixels, of a plot: on paper, the layout is not known before.
-const width_of = holder => printing.matches ? (holder.closest(".pair") ? 330 : 680) : Math.max(240, holder.clientWidth);
-
-// A plot over time. `series`: {label, values, colour, dash, width, steps}. Options: y (label), height, bands (pairs of
-// series with the area between them filled), marks ({from, to, colour, edge}), sync (plots whose cursors move together),
-// clock (whose time is marked).
-const plot = (place, caption, x, series, options = {}) => {
-  const told = series.filter(s => !s.silent).map(s => {
-    const [least, most] = range([s.values]), seen = s.values.filter(v => typeof v === "number");
-    return `${s.label}: from ${number(seen[0], 3)} to ${number(seen.at(-1), 3)}, least ${number(least, 3)}, greatest ${number(most, 3)}`;
-  });
-  const alternative = `${caption} ${options.y || ""} over ${number(x[0], 3)} to ${number(x.at(-1), 3)} s. ${told.join("; ")}.`;
-  const holder = element("div", {class: "plot", role: "img", "aria-label": alternative, tabindex: "0"});
-  figure(place, holder, caption + " ", copy_button("copy data", () =>
-    tabbed([["t (s)", ...series.map(s => s.label)], ...x.map((t, i) => [t, ...series.map(s => s.values[i] ?? "")])])));
-  // A run that diverges ends at 1e150: what came before is to be seen.
-  const kDiverged = 1e9, sizes = series.flatMap(s => s.values).filter(v => typeof v === "number").map(Math.abs).sort((a, b) => a - b);
-  const limit = Math.min(20 * sizes[Math.floor(sizes.length / 2)] || 1, 1e6);
-  const seen = (_, least, most) => sizes.at(-1) > kDiverged ? [-limit, limit] : uPlot.rangeNum(least ?? 0, most ?? 1, 0.1, true);
-  let u = null, line = null;
-  const draw = () => {
-    if (u) u.destroy();
-    const axis = {stroke: colour("ink"), grid: {stroke: colour("line"), width: 1}, ticks: {stroke: colour("line"), width: 1}, font: "12px system-ui, sans-serif",
-      labelFont: "13px system-ui, sans-serif", labelSize: 20, labelGap: 0};
-    u = new uPlot({
-      width: width_of(holder), height: options.height || 220,
-      scales: {x: {time: false}, y: {range: seen}}, cursor: {sync: options.sync ? {key: options.sync} : undefined, points: {size: 6}},
-      axes: [{...axis, label: "t (s)", size: 32}, {...axis, label: options.y || "", size: 52, values: (_, list) => labels_of(list)}],
-      bands: (options.bands || []).map(pair => ({series: pair, fill: colour("band")})),
-      series: [{label: "t (s)", value: (_, t) => number(t)}, ...series.map(s => ({label: s.label, stroke: colour(s.colour), width: s.width ?? 1.5,
-        dash: s.dash, spanGaps: false, points: {show: false}, value: (_, v) => number(v), paths: s.steps ? uPlot.paths.stepped({align: 1}) : undefined}))],
-      hooks: {drawClear: [shade]},
-    }, [x, ...series.map(s => s.values)], holder);
-    line = element("div", {class: "time"});
-    u.over.append(line);
-    mark();
-  };
-  const shade = plot => {  // marked times, each at least two pixels wide, with a tick at its edge of the frame
-    const {ctx, bbox} = plot, scale = plot.scales.x, pixel = devicePixelRatio;
-    for (const m of options.marks || []) {
-      if (m.to < scale.min || m.from > scale.max) continue;
-      const a = plot.valToPos(Math.max(m.from, scale.min), "x", true), b = plot.valToPos(Math.min(m.to, scale.max), "x", true);
-      const width = Math.max(b - a, 2 * pixel);
-      ctx.fillStyle = colour(m.colour);
-      ctx.globalAlpha = 0.22;
-      ctx.fillRect(a, bbox.top, width, bbox.height);
-      ctx.globalAlpha = 1;
-      if (m.edge) ctx.fillRect(a, m.edge === "top" ? bbox.top : bbox.top + bbox.height - 9 * pixel, width, 9 * pixel);
-    }
-  };
-  const mark = () => {
-    const t = options.clock ? options.clock.time : null;
-    line.hidden = t === null || t < u.scales.x.min || t > u.scales.x.max;
-    if (!line.hidden) line.style.transform = `translateX(${u.valToPos(t, "x")}px)`;
-  };
-  if (options.clock) options.clock.listeners.add(() => { if (line && line.isConnected) mark(); });
-  holder.addEventListener("keydown", event => {  // arrows move the cursor, + and - zoom about it, 0 shows all
-    const {min, max} = u.scales.x, step = event.shiftKey ? 20 : 2;
-    const at = u.cursor.left >= 0 ? u.cursor.left : 0, t = u.posToVal(at, "x");
-    const zoom = factor => u.setScale("x", {min: Math.max(x[0], t - factor * (t - min)), max: Math.min(x.at(-1), t + factor * (max - t))});
-    const actions = {ArrowRight: () => move(at + step), ArrowLeft: () => move(at - step), "+": () => zoom(0.5), "-": () => zoom(2), 0: () => u.setScale("x", {min: x[0], max: x.at(-1)})};
-    const move = left => u.setCursor({left: Math.max(0, Math.min(u.over.clientWidth - 1, left)), top: u.over.clientHeight / 2});
-    if (actions[event.key]) { event.preventDefault(); actions[event.key](); }
-  });
-  plots.push({holder, draw});
-};
-const kPlotHelp = "In every plot: drag to enlarge a stretch of time, double-click to see all again. With the keyboard: the arrows move the " +
-  "cursor (with Shift: faster), + and − enlarge and reduce, 0 shows all.";
-
-// Once the page is made: plots are drawn, and follow the window, the colour scheme and the printer.
-const begin = () => {
-  redraw();
-  let width = innerWidth;
-  addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; redraw(); } });
-  for (const media of [printing, matchMedia("(prefers-color-scheme: dark)")]) media.addEventListener("change", redraw);
 };

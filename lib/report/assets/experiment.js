@@ -1,12 +1,20 @@
 // The report of experiments: the paper's figures and table for every study.
 const kControllerColours = ["grey", "orange", "green", "blue", "purple", "red", "sky", "yellow"];
 const kJointColours = ["blue", "orange", "green", "purple"];
-const kMetricNames = {energy: "energy", energy_riemann: "energy, Riemann sum", drift_points: "data of a", gain_points: "data of b", final_angle: "final q", new_drift_points: "new data of a",
-  new_gain_points: "new data of b"};
+const kMetricNames = {
+  energy: "energy",
+  energy_riemann: "energy, Riemann sum",
+  drift_points: "data of a",
+  gain_points: "data of b",
+  final_angle: "final q",
+  new_drift_points: "new data of a",
+  new_gain_points: "new data of b"
+};
 const metric_name = (metric, units = {}) =>
-  with_unit(kMetricNames[metric] || words(metric), {final_angle: units.q, peak_input: units.u}[metric]);
-const numbered = (name, j, joints) => joints > 1 ? name + (j + 1) : name;
-const title_of = study => [study.name, ...Object.entries(study.point).map(([path, value]) => `${path.split(".").pop()} = ${value}`)].join(", ");
+    with_unit(kMetricNames[metric] || words(metric), {final_angle: units.q, peak_input: units.u}[metric]);
+const point_of = study =>
+    Object.entries(study.point).map(([path, value]) => `${path.split(".").pop()} = ${value}`).join(", ");
+const title_of = study => [study.name, point_of(study)].filter(Boolean).join(", ");
 const failed = study => study.rows.filter(row => row.status !== "ok");
 
 // The published table with our results in its cells.
@@ -15,32 +23,51 @@ const published_table = place => {
   const known = Object.keys(data.studies[0].rows[0]), used = [...new Set(cells.map(c => c.metric))];
   const metrics = used.sort((a, b) => known.indexOf(a) - known.indexOf(b));
   const held = cells.filter(c => c.ok === "yes").length;
-  part.append(paragraph(`${held} of ${cells.length} published numbers hold within their tolerances. In each cell: the result, the published number, the deviation and its tolerance. ` +
-    "The deeper the colour, the greater the deviation; ✗ and orange: beyond its tolerance."));
+  part.append(paragraph(
+      `${held} of ${
+          cells
+              .length} published numbers hold within their tolerances. In each cell: the result, the published number, the deviation and its tolerance. ` +
+      "The deeper the colour, the greater the deviation; ✗ and orange: beyond its tolerance."));
   const cell_of = cell => {
     if (!cell) return null;
     if (cell.ok === "missing") return {value: null, text: "no result", kind: "missing"};
     const far = Math.min(1, Math.abs(cell.deviation_percent ?? 0) / 20), well = cell.ok === "yes";
-    const sign = cell.deviation_percent > 0 ? "+" : "", deviation = cell.deviation_percent === null ? "" : `, ${sign}${number(cell.deviation_percent, 3)}\u00a0%`;
-    const node = element("span", {class: "compared", style: `--far: ${(12 + 58 * far).toFixed(0)}%`}, element("b", {}, `${number(cell.result, 5)} ${well ? "✓" : "✗"}`),
-      element("small", {}, `published ${number(cell.published, 5)}${deviation}`), element("small", {}, cell.tolerance));
+    const sign = cell.deviation_percent > 0 ? "+" : "",
+          deviation = cell.deviation_percent === null ? "" : `, ${sign}${number(cell.deviation_percent, 3)}\u00a0%`;
+    const node = element(
+        "span", {class: "compared", style: `--far: ${(12 + 58 * far).toFixed(0)}%`},
+        element("b", {}, `${number(cell.result, 5)} ${well ? "✓" : "✗"}`),
+        element("small", {}, `published ${number(cell.published, 5)}${deviation}`),
+        element("small", {}, cell.tolerance));
     return {value: cell.result, node, kind: well ? "holds" : "violated"};
   };
-  const rows = [...new Map(cells.map(c => [c.experiment + "\n" + c.controller, [c.experiment, c.controller]])).values()];
-  part.append(table(`${name}: ${source}.`, ["experiment", "controller", ...metrics.map(m => metric_name(m))],
-    rows.map(([experiment, controller]) => [experiment, controller,
-      ...metrics.map(m => cell_of(cells.find(c => c.experiment === experiment && c.controller === controller && c.metric === m)))])));
+  const rows =
+      [...new Map(cells.map(c => [c.experiment + "\n" + c.controller, [c.experiment, c.controller]])).values()];
+  part.append(table(
+      `${name}: ${source}.`, ["experiment", "controller", ...metrics.map(m => metric_name(m))],
+      rows.map(
+          ([experiment, controller]) =>
+              [experiment, controller,
+               ...metrics.map(
+                   m => cell_of(cells.find(
+                       c => c.experiment === experiment && c.controller === controller && c.metric === m)))])));
 };
 
 // One row per controller, without the columns that say nothing: empty, or zero in every row.
 const runs_table = (caption, studies) => {
   const rows = studies.flatMap(s => s.rows), points = [...new Set(studies.flatMap(s => Object.keys(s.point)))];
-  const measured = Object.keys(rows[0]).filter(c => !["controller", "experiment", ...points].includes(c) && rows.some(r => r[c]));
+  const measured =
+      Object.keys(rows[0]).filter(c => !["controller", "experiment", ...points].includes(c) && rows.some(r => r[c]));
   const named = new Set(rows.map(r => r.experiment)).size > 1 ? ["experiment"] : [];
   const as_number = text => text !== "" && isFinite(text) ? Number(text) : text ?? null;
-  const cell = (row, column) => ({value: points.includes(column) ? as_number(row[column]) : row[column], kind: column === "status" && row.status !== "ok" ? "violated" : undefined});
+  const cell = (row, column) => ({
+    value: points.includes(column) ? as_number(row[column]) : row[column],
+    kind: column === "status" && row.status !== "ok" ? "violated" : undefined
+  });
   const columns = ["controller", ...named, ...points, ...measured];
-  return table(caption, columns.map(c => points.includes(c) ? c : metric_name(c, studies[0].units)), rows.map(row => columns.map(c => cell(row, c))));
+  return table(
+      caption, columns.map(c => points.includes(c) ? c : metric_name(c, studies[0].units)),
+      rows.map(row => columns.map(c => cell(row, c))));
 };
 
 const comparison = (place, study) => {
@@ -49,13 +76,24 @@ const comparison = (place, study) => {
   const pair = element("div", {class: "pair"});
   part.append(pair);
   const cells = data.published ? data.published.cells : [];
-  for (const [metric, others, what, unit] of [["energy", ["energy", "energy_riemann"], "Control energy, the integral of |u|² over time.", ""],
-    ["squared_error", ["squared_error"], "Squared error, the integral of |x − ξ|² over time.", ""]]) {
-    const list = study.rows.map((row, i) => {
-      const told = cells.find(c => c.experiment === study.name && c.controller === row.controller && others.includes(c.metric));
-      return {label: row.controller, value: row[metric], colour: kControllerColours[i % kControllerColours.length], published: told ? told.published : undefined};
-    }).filter((b, i) => typeof b.value === "number" && study.rows[i].status === "ok");
-    if (list.length) bars(pair, what + (list.some(b => b.published !== undefined) ? " The marks are the published values." : ""), list, unit);
+  for (const [metric, what] of [
+           ["energy", "Control energy, the integral of |u|² over time."],
+           ["squared_error", "Squared error, the integral of |x − ξ|² over time."]]) {
+    const list = study.rows
+                     .map((row, i) => {
+                       const told = cells.find(
+                           c => c.experiment === study.name && c.controller === row.controller && c.metric === metric);
+                       return {
+                         label: row.controller,
+                         value: row[metric],
+                         colour: kControllerColours[i % kControllerColours.length],
+                         published: told ? told.published : undefined
+                       };
+                     })
+                     .filter((b, i) => typeof b.value === "number" && study.rows[i].status === "ok");
+    if (list.length)
+      bars(
+          pair, what + (list.some(b => b.published !== undefined) ? " The marks are published values." : ""), list, "");
   }
 };
 
@@ -63,77 +101,49 @@ const comparison = (place, study) => {
 const evolution = (place, study, clock, key) => {
   if (!study.runs.length) return;
   const part = section(place, "Evolution of angle, velocity and control", "h3");
-  if (study.plant === "mass" || study.plant === "custom") part.firstChild.textContent = "Evolution of position, velocity and control";
+  if (study.plant === "mass" || study.plant === "custom")
+    part.firstChild.textContent = "Evolution of position, velocity and control";
   const adaptive = study.runs.map((run, i) => run.points ? i : -1).filter(i => i >= 0);
-  const first = adaptive[0] ?? 0, chosen = study.runs.length > 1 ? [first, adaptive[1] ?? (first + 1) % study.runs.length] : [0];
+  const first = adaptive[0] ?? 0,
+        chosen = study.runs.length > 1 ? [first, adaptive[1] ?? (first + 1) % study.runs.length] : [0];
   const pair = element("div", {class: "pair"});
-  part.append(element("p", {class: "soft"}, "Shaded: learning. ", element("span", {class: "swatch", style: "background: var(--learn-a)"}), " (tick at the top) a sample of the drift a, ",
-    element("span", {class: "swatch", style: "background: var(--learn-b)"}), " (tick at the bottom) a probing action for the input gain b."), pair);
+  part.append(
+      element(
+          "p", {class: "soft"}, "Shaded: learning. ",
+          element("span", {class: "swatch", style: "background: var(--learn-a)"}),
+          " (tick at the top) a sample of the drift a, ",
+          element("span", {class: "swatch", style: "background: var(--learn-b)"}),
+          " (tick at the bottom) a probing action for the input gain b."),
+      pair);
   for (const i of chosen) {
     const column = element("div");
     pair.append(column);
     choice(column, "Controller", study.runs.map(r => r.name), (k, body) => {
       const run = study.runs[k], joints = run.q.length, settings = study.spec.controllers[run.name] || {};
-      const marks = run.probing.map(([from, to, mode]) => mode === "learn_a" ? {from, to, colour: "learn-a", edge: "top"} : {from, to, colour: "learn-b", edge: "bottom"});
-      const lines = (values, name, more) => values.map((list, j) => ({label: numbered(name, j, joints), values: list, colour: kJointColours[j], ...more}));
+      const marks = run.probing.map(
+          ([from, to, mode]) => mode === "learn_a" ? {from, to, colour: "learn-a", edge: "top"} :
+                                                     {from, to, colour: "learn-b", edge: "bottom"});
+      const lines = (values, name, more) => values.map(
+          (list, j) => ({label: numbered(name, j, joints), values: list, colour: kJointColours[j], ...more}));
       const options = {marks, clock, sync: key, height: 190};
       const probes = run.probing.filter(p => p[2] !== "learn_a").length, samples = run.probing.length - probes;
-      const learned = settings.type === "adaptive" ? ` It learned a at ${samples} and b at ${probes} times` + (settings.trained_from ? `, starting with the data of ${settings.trained_from}.` : ", starting without data.") : "";
+      const learned = settings.type === "adaptive" ? ` It learned a at ${samples} and b at ${probes} times` +
+              (settings.trained_from ? `, starting with the data of ${settings.trained_from}.` :
+                                       ", starting without data.") :
+                                       "";
       const position = study.units.q === "rad" ? "angle" : "position";
-      plot(body, `${run.name}: ${position} q; dashed: the reference.${learned}`, run.t, [...lines(run.q, "q"), ...lines(run.reference, "ξ", {dash: [6, 4], width: 1})], {...options, y: with_unit("q", study.units.q)});
+      plot(
+          body, `${run.name}: ${position} q; dashed: the reference.${learned}`, run.t,
+          [...lines(run.q, "q"), ...lines(run.reference, "ξ", {dash: [6, 4], width: 1})],
+          {...options, y: with_unit("q", study.units.q)});
       plot(body, `${run.name}: velocity.`, run.t, lines(run.v, "v"), {...options, y: with_unit("v", study.units.v)});
-      plot(body, `${run.name}: control input.`, run.t, lines(run.u, "u", {steps: settings.type !== "proportional", width: 1.2}), {...options, y: with_unit("u", study.units.u)});
+      plot(
+          body, `${run.name}: control input.`, run.t,
+          lines(run.u, "u", {steps: settings.type !== "proportional", width: 1.2}),
+          {...options, y: with_unit("u", study.units.u)});
     }, i);
   }
   part.append(paragraph(kPlotHelp, "soft hint"));
-};
-
-// What was learned: error and deviation of a over the state space, and the posterior over log b.
-const learned = (place, study) => {
-  const views = study.runs.flatMap(run => (run.posterior || []).map((grid, joint) => ({run, grid, joint})).filter(v => v.grid.q.length > 1 && v.grid.v.length > 1));
-  if (!views.length) return;
-  const part = section(place, "What was learned", "h3"), joints = study.runs[0].q.length;
-  choice(part, "Posterior of", views.map(v => v.run.name + (joints > 1 ? `, joint ${v.joint + 1}` : "")), (i, body) => {
-    const {run, grid, joint} = views[i], u = study.units, name = run.name, none = {q: [], v: [], target: []};
-    const of = process => {
-      const p = (run.points || {})[process];
-      return p ? {q: p.q[joint], v: p.v[joint], target: p.target} : none;
-    };
-    const a = of(numbered("a", joint, joints)), b = of(joints > 1 ? `log_b${joint + 1}${joint + 1}` : "log_b");
-    const path = {q: run.q[joint], v: run.v[joint]};
-    const labels = [with_unit(numbered("q", joint, joints), u.q), with_unit(numbered("v", joint, joints), u.v)];
-    const cut = joints > 1 ? " The other joints rest at their reference." : "";
-    const known = grid.error_a.map((e, k) => [e, grid.sd_a[k]]).filter(p => p[0] !== null && p[1] !== null);
-    const covered = known.filter(([e, sd]) => e <= 2 * sd).length / known.length;
-    const pair = element("div", {class: "pair"});
-    const draw = (key, title, caption, points, unit, over = [0]) =>
-      map(pair, title, caption + cut, {q: grid.q, v: grid.v, values: grid[key], over}, labels, unit, path, points);
-    // Differences far below what is known at best are none.
-    const [least, most] = range([grid.mean_log_b]), [best] = range([grid.sd_log_b]), middle = (least + most) / 2;
-    draw("error_a", "|a(x) − E[a(x)]|", `${name}: error of the learned drift at the end. Stars: training points; white line: the way of the state.`, a, u.a);
-    draw("sd_a", "√var[a(x)]", `${name}: posterior standard deviation of the drift. The error is within two of them on ${percent(covered)} of the map.`, a, u.a);
-    draw("mean_log_b", "E[log b(x)]", `${name}: posterior mean of the logarithm of the input gain.`, b, "", [middle - best, middle + best]);
-    draw("sd_log_b", "√var[log b(x)]", `${name}: its posterior standard deviation.`, b, "");
-    body.append(pair);
-    slice(body, grid, `${name}: posterior over log b at the velocity nearest zero, with its band of two standard deviations.${grid.log_b ? " Dashed: the truth." : ""} Stars: all training points.` + cut, labels[0], b);
-  });
-};
-
-// The posterior over log b along the positions.
-const slice = (place, grid, caption, label, points) => {
-  const row = grid.v.reduce((best, v, k) => Math.abs(v) < Math.abs(grid.v[best]) ? k : best, 0);
-  const along = key => grid.q.map((_, i) => grid[key][i * grid.v.length + row]);
-  const mean = along("mean_log_b"), sd = along("sd_log_b"), truth = grid.log_b ? along("log_b") : [];
-  const [least, most] = range([mean.map((m, i) => m - 2 * sd[i]), mean.map((m, i) => m + 2 * sd[i]), truth, points.target]), room = 0.06 * (most - least || 1);
-  const frame = axes(`${caption} Mean from ${number(Math.min(...mean), 3)} to ${number(Math.max(...mean), 3)}, standard deviation from ${number(Math.min(...sd), 3)} to ${number(Math.max(...sd), 3)}.`,
-    [grid.q[0], grid.q.at(-1)], [least - room, most + room], [label, "log b"], {width: 700, height: 300});
-  const px = grid.q.map(frame.px), line = values => pen(px, values.map(y => y === null ? null : frame.py(y)));
-  const upper = mean.map((m, i) => m + 2 * sd[i]), lower = mean.map((m, i) => m - 2 * sd[i]);
-  frame.svg.prepend(element("path", {d: pen([...px, ...[...px].reverse()], [...upper, ...[...lower].reverse()].map(frame.py)) + "Z", class: "band"}));
-  frame.svg.append(element("path", {d: line(mean), class: "mean"}));
-  if (truth.length) frame.svg.append(element("path", {d: line(truth), class: "truth"}));
-  stars(frame, points.q, points.target);
-  figure(place, frame.svg, caption);
 };
 
 // A nested object as rows [path, value], with all digits; lists stand in one cell.
@@ -146,20 +156,45 @@ const flat = (object, path = "") => Object.entries(object ?? {}).flatMap(([key, 
 });
 const settings = (place, study) => {
   const part = section(place, "Settings and provenance", "h3");
-  part.append(element("details", {}, element("summary", {}, "Settings: the whole spec with every default"), table(`Settings of ${title_of(study)}, SI units`, ["setting", "value"], flat(study.spec))),
-    element("details", {}, element("summary", {}, `Provenance: ${study.provenance.program} ${study.provenance.version}, revision ${study.provenance.revision}, seed ${study.provenance.seed}`),
-      table(`Provenance of ${title_of(study)}`, ["what", "value"], flat(study.provenance))));
+  part.append(
+      element(
+          "details", {}, element("summary", {}, "Settings: the whole spec with every default"),
+          table(`Settings of ${title_of(study)}, SI units`, ["setting", "value"], flat(study.spec))),
+      element(
+          "details", {},
+          element(
+              "summary", {},
+              `Provenance: ${study.provenance.program} ${study.provenance.version}, revision ${
+                  study.provenance.revision}, seed ${study.provenance.seed}`),
+          table(`Provenance of ${title_of(study)}`, ["what", "value"], flat(study.provenance))));
 };
 
 // The settings of the paper's Table 1.
 const task = (place, study) => {
-  const s = study.spec, list = x => Array.isArray(x) ? (x.length === 1 ? number(x[0]) : `(${x.map(v => number(v)).join(", ")})`) : number(x);
-  const facts = [["plant", words(study.plant) + Object.entries(s.model.parameters || {}).filter(p => typeof p[1] === "number" && p[1] !== 0).map(([k, v]) => `, ${words(k)} ${number(v)}`).join("")],
-    ["x(0)", `${list(s.initial_state.position)}, ${list(s.initial_state.velocity)}`], ["duration", `${number(s.duration)} s`], ["control period Δu", `${number(s.control_period)} s`],
-    ["w1, w2", `${number(s.inner_law.position_weight)}, ${number(s.inner_law.velocity_weight)}`]];
+  const s = study.spec,
+        list = x =>
+            Array.isArray(x) ? (x.length === 1 ? number(x[0]) : `(${x.map(v => number(v)).join(", ")})`) : number(x);
+  const facts = [
+    [
+      "plant",
+      words(study.plant) +
+          Object.entries(s.model.parameters || {})
+              .filter(p => typeof p[1] === "number" && p[1] !== 0)
+              .map(([k, v]) => `, ${words(k)} ${number(v)}`)
+              .join("")
+    ],
+    ["x(0)", `${list(s.initial_state.position)}, ${list(s.initial_state.velocity)}`],
+    ["duration", `${number(s.duration)} s`], ["control period Δu", `${number(s.control_period)} s`],
+    ["w1, w2", `${number(s.inner_law.position_weight)}, ${number(s.inner_law.velocity_weight)}`]
+  ];
   if (s.reference.type === "setpoint") facts.splice(2, 0, ["set-point ξ", list(s.reference.position)]);
-  if (s.learner) facts.push(["learning period Δl", `${number(s.learner.period)} s`], ["thresholds of var a, var log b", `${number(s.learner.drift_threshold)}, ${number(s.learner.gain_threshold)}`]);
-  place.append(element("dl", {class: "facts"}, ...facts.map(([k, v]) => element("div", {}, element("dt", {}, k), element("dd", {}, v)))));
+  if (s.learner)
+    facts.push(["learning period Δl", `${number(s.learner.period)} s`], [
+      "thresholds of var a, var log b", `${number(s.learner.drift_threshold)}, ${number(s.learner.gain_threshold)}`
+    ]);
+  place.append(element(
+      "dl", {class: "facts"},
+      ...facts.map(([k, v]) => element("div", {}, element("dt", {}, k), element("dd", {}, v)))));
 };
 
 const panel = (study, place, index) => {
@@ -176,17 +211,25 @@ const panel = (study, place, index) => {
 
 const runs = data.studies.flatMap(s => s.rows), good = runs.filter(row => row.status === "ok").length;
 const many = (n, what, whats = what + "s") => `${n} ${n === 1 ? what : whats}`;
-main.append(paragraph(`${many(data.studies.length, "study", "studies")}, ${many(runs.length, "run")}: ${good === runs.length ? "all succeeded" : `${good} succeeded, ${runs.length - good} failed`}.` +
-  (data.published ? ` ${data.published.cells.filter(c => c.ok === "yes").length} of ${data.published.cells.length} cells of ${data.published.name} hold.` : ""), "verdict"));
+main.append(paragraph(
+    `${many(data.studies.length, "study", "studies")}, ${many(runs.length, "run")}: ${
+        good === runs.length ? "all succeeded" : `${good} succeeded, ${runs.length - good} failed`}.` +
+        (data.published ? ` ${data.published.cells.filter(c => c.ok === "yes").length} of ${
+                              data.published.cells.length} cells of ${data.published.name} hold.` :
+                          ""),
+    "verdict"));
 if (data.published) published_table(main);
 const drawn = data.studies.filter(s => s.drawn);
 if (data.studies.length > 1) {
-  const names = data.studies.map(title_of), part = section(main, "Studies");
+  const part = section(main, "Studies"), one = new Set(data.studies.map(s => s.name)).size === 1;  // a sweep
   if (data.studies.some(s => Object.keys(s.point).length)) {
     part.append(runs_table("All runs", data.studies));
-    if (drawn.length < data.studies.length) part.append(paragraph(`Figures below are of the first ${drawn.length} studies; a report of one point's folder shows the others.`, "soft"));
+    if (drawn.length < data.studies.length)
+      part.append(paragraph(
+          `Figures below are of the first ${drawn.length} studies; a report of one point's folder shows the others.`,
+          "soft"));
   }
-  tabs(part, "Study", names.slice(0, drawn.length), (i, place) => panel(drawn[i], place, i));
+  tabs(part, "Study", drawn.map(s => one && point_of(s) || title_of(s)), (i, place) => panel(drawn[i], place, i));
 } else {
   panel(data.studies[0], main, 0);
 }
