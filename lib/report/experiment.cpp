@@ -114,31 +114,38 @@ ordered_json posterior(const fs::path& path) {
   return grids;
 }
 
+/// What the page reads of a spec beside showing it.
+void require(const ordered_json& spec) {
+  for (const char* path : {"/initial_state/position", "/initial_state/velocity", "/duration", "/control_period",
+                           "/inner_law/position_weight", "/inner_law/velocity_weight", "/reference/type",
+                           "/controllers", "/model/parameters"}) {
+    spec.at(ordered_json::json_pointer(path));
+  }
+}
+
+/// One study; without figures, what the table of a sweep shows.
 ordered_json study(const fs::path& folder, bool drawn) {
   const ordered_json summary = read_json(folder / "summary.json");
+  ordered_json result{{"name", summary.at("experiment").get<std::string>()},
+                      {"point", summary.value("point", ordered_json::object())},
+                      {"rows", summary.at("controllers")},
+                      {"drawn", drawn}};
+  if (!drawn) return result;
+
   ordered_json provenance = read_json(folder / "provenance.json");
   provenance.erase("wall_seconds");  // pages of the same results are the same bytes
   ordered_json spec = provenance.at("spec");
   provenance.erase("spec");
+  require(spec);
   for (ordered_json* seed : {&provenance.at("seed"), &spec.at("seed")})
     *seed = seed->dump();  // 64 bits, browsers have 53
-  for (const char* path : {"/initial_state/position", "/initial_state/velocity", "/duration", "/control_period",
-                           "/inner_law/position_weight", "/inner_law/velocity_weight", "/reference/type",
-                           "/controllers", "/model/parameters"}) {
-    spec.at(ordered_json::json_pointer(path));  // what the page reads beside showing it
-  }
   const std::string plant = spec.at("model").at("plant");
-  ordered_json result{{"name", summary.at("experiment").get<std::string>()},
-                      {"description", summary.at("description").get<std::string>()},
-                      {"point", summary.value("point", ordered_json::object())},
-                      {"rows", summary.at("controllers")},
-                      {"plant", plant},
-                      {"units", units_of(plant)},
-                      {"spec", spec},
-                      {"provenance", provenance},
-                      {"drawn", drawn},
-                      {"runs", ordered_json::array()}};
-  if (!drawn) return result;
+  result["description"] = summary.at("description").get<std::string>();
+  result["plant"] = plant;
+  result["units"] = units_of(plant);
+  result["spec"] = std::move(spec);
+  result["provenance"] = std::move(provenance);
+  result["runs"] = ordered_json::array();
   for (const ordered_json& row : summary.at("controllers")) {
     const std::string name = row.at("controller");
     const fs::path own = folder / slug(name);

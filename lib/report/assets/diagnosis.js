@@ -62,7 +62,7 @@ const plane = (place, caption, joint) => {
         full = size[Math.floor(0.98 * (size.length - 1))] || 1;
   const frame = axes(
       `${caption} 98 % of the torques are within ±${number(full, 3)}.`, wide(range([joint.q])), wide(range([joint.v])),
-      [with_unit("position", unit), with_unit("velocity", velocity)], {width: 700, height: 380});
+      [with_unit("position", unit), with_unit("velocity", velocity)]);
   for (let i = 0; i < joint.q.length; i += keep) {
     if (joint.q[i] === null || joint.v[i] === null || joint.torque[i] === null) continue;
     const share = Math.max(-1, Math.min(1, joint.torque[i] / full));
@@ -88,15 +88,12 @@ const mismatch = () => {
                        "")));
   if (!data.torque.length) return;
   choice(part, "Recording", data.torque.map(r => file(r.recording)), (i, place) => {
-    const run = data.torque[i];
+    const run = data.torque[i], pair = element("div", {class: "pair"});
     run.joints.forEach((joint, j) => {
       const band = sign => joint.torque.map((x, k) => x === null ? null : x + 2 * sign * joint.sd[k]);
+      const who = of_joint(run.recording, j), times = d.mismatch.time.filter(m => m.recording === run.recording);
       plot(
-          place,
-          `${
-              of_joint(
-                  run.recording,
-                  j)}: what the nominal model lacks, with its band of two standard deviations; shaded times are significant.`,
+          place, who + ": what the nominal model lacks, with two standard deviations; shaded times are significant.",
           run.t,
           [
             {label: "missing torque", values: joint.torque, colour: "blue"},
@@ -107,16 +104,14 @@ const mismatch = () => {
             y: with_unit("missing torque", torque),
             height: 240,
             bands: [[2, 3]],
-            marks: d.mismatch.time.filter(m => m.recording === run.recording).map(m => ({...m, colour: "shade"}))
+            marks: times.map(m => ({...m, colour: "shade"}))
           });
       plane(
-          place,
-          `${
-              of_joint(
-                  run.recording,
-                  j)}: missing torque in the plane of position and velocity; strong colours are large, blue is positive, orange negative.`,
+          pair,
+          who + ": missing torque by position and velocity; strong colours: large, blue: positive, orange: negative.",
           joint);
     });
+    place.append(pair);
   });
 };
 
@@ -149,13 +144,13 @@ const explanation = () => {
 const rest = () => {
   if (d.remainder) {
     const shares = Object.entries(d.remainder.depends_on).filter(s => s[1] >= 0.05);
+    const causes = shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ");
     section(main, "What is left")
         .append(paragraph(
-            `A part of ${
+            `${
                 percent(
-                    d.remainder
-                        .share)} of the nominal's error (squares) is explained by no effect of the catalogue; it depends on ` +
-            shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ") + "."));
+                    d.remainder.share)} of the nominal's error (squares) is explained by no effect of the catalogue` +
+            (causes ? `; it depends on ${causes}.` : ".")));
   }
   const parameters = Object.entries(d.parameters);
   if (parameters.length) {

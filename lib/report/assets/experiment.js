@@ -22,12 +22,9 @@ const published_table = place => {
   const {name, source, cells} = data.published, part = section(place, `${name} beside the results`);
   const known = Object.keys(data.studies[0].rows[0]), used = [...new Set(cells.map(c => c.metric))];
   const metrics = used.sort((a, b) => known.indexOf(a) - known.indexOf(b));
-  const held = cells.filter(c => c.ok === "yes").length;
   part.append(paragraph(
-      `${held} of ${
-          cells
-              .length} published numbers hold within their tolerances. In each cell: the result, the published number, the deviation and its tolerance. ` +
-      "The deeper the colour, the greater the deviation; ✗ and orange: beyond its tolerance."));
+      "In each cell: the result, the published number, the deviation and its tolerance. The deeper the colour, the " +
+      "greater the deviation; ✗ and orange: beyond its tolerance."));
   const cell_of = cell => {
     if (!cell) return null;
     if (cell.ok === "missing") return {value: null, text: "no result", kind: "missing"};
@@ -97,51 +94,49 @@ const comparison = (place, study) => {
   }
 };
 
+// What a controller learned, in words.
+const learning_of = (run, settings) => {
+  if (settings.type !== "adaptive") return "";
+  const probes = run.probing.filter(p => p[2] !== "learn_a").length, samples = run.probing.length - probes;
+  const start = settings.trained_from ? `starting with the data of ${settings.trained_from}` : "starting without data";
+  return ` It learned a at ${samples} and b at ${probes} times, ${start}.`;
+};
+const kLearning = {
+  // how each kind is marked in the plots
+  a: {colour: "learn-a", edge: "top", text: " (tick at the top) a sample of the drift a, "},
+  b: {colour: "learn-b", edge: "bottom", text: " (tick at the bottom) a probing action for the input gain b."},
+};
+
 // Two controllers beside one another: position, velocity and input over time, with what was learned when.
 const evolution = (place, study, clock, key) => {
   if (!study.runs.length) return;
-  const part = section(place, "Evolution of angle, velocity and control", "h3");
-  if (study.plant === "mass" || study.plant === "custom")
-    part.firstChild.textContent = "Evolution of position, velocity and control";
-  const adaptive = study.runs.map((run, i) => run.points ? i : -1).filter(i => i >= 0);
-  const first = adaptive[0] ?? 0,
-        chosen = study.runs.length > 1 ? [first, adaptive[1] ?? (first + 1) % study.runs.length] : [0];
-  const pair = element("div", {class: "pair"});
-  part.append(
-      element(
-          "p", {class: "soft"}, "Shaded: learning. ",
-          element("span", {class: "swatch", style: "background: var(--learn-a)"}),
-          " (tick at the top) a sample of the drift a, ",
-          element("span", {class: "swatch", style: "background: var(--learn-b)"}),
-          " (tick at the bottom) a probing action for the input gain b."),
-      pair);
-  for (const i of chosen) {
+  const {units, runs} = study, position = units.q === "rad" ? "angle" : "position";
+  const part = section(place, `Evolution of ${position}, velocity and control`, "h3");
+  const swatch = kind => element("span", {class: "swatch", style: `background: var(--${kind.colour})`});
+  const pair = element("div", {class: "pair"}), legend = element("p", {class: "soft"}, "Shaded: learning. ");
+  for (const kind of Object.values(kLearning)) legend.append(swatch(kind), kind.text);
+  part.append(legend, pair);
+
+  const show = (run, body) => {
+    const joints = run.q.length, settings = study.spec.controllers[run.name] || {};
+    const marks = run.probing.map(([from, to, mode]) => ({from, to, ...kLearning[mode === "learn_a" ? "a" : "b"]}));
+    const lines = (lists, name, more) =>
+        lists.map((values, j) => ({label: numbered(name, j, joints), values, colour: kJointColours[j], ...more}));
+    const draw = (caption, series, label) =>
+        plot(body, `${run.name}: ${caption}`, run.t, series, {marks, clock, sync: key, height: 190, y: label});
+    draw(
+        `${position} q; dashed: the reference.${learning_of(run, settings)}`,
+        [...lines(run.q, "q"), ...lines(run.reference, "ξ", {dash: [6, 4], width: 1})], with_unit("q", units.q));
+    draw("velocity.", lines(run.v, "v"), with_unit("v", units.v));
+    draw(
+        "control input.", lines(run.u, "u", {steps: settings.type !== "proportional", width: 1.2}),
+        with_unit("u", units.u));
+  };
+  const adaptive = [...runs.keys()].filter(i => runs[i].points), first = adaptive[0] ?? 0;
+  for (const i of runs.length > 1 ? [first, adaptive[1] ?? (first + 1) % runs.length] : [0]) {
     const column = element("div");
     pair.append(column);
-    choice(column, "Controller", study.runs.map(r => r.name), (k, body) => {
-      const run = study.runs[k], joints = run.q.length, settings = study.spec.controllers[run.name] || {};
-      const marks = run.probing.map(
-          ([from, to, mode]) => mode === "learn_a" ? {from, to, colour: "learn-a", edge: "top"} :
-                                                     {from, to, colour: "learn-b", edge: "bottom"});
-      const lines = (values, name, more) => values.map(
-          (list, j) => ({label: numbered(name, j, joints), values: list, colour: kJointColours[j], ...more}));
-      const options = {marks, clock, sync: key, height: 190};
-      const probes = run.probing.filter(p => p[2] !== "learn_a").length, samples = run.probing.length - probes;
-      const learned = settings.type === "adaptive" ? ` It learned a at ${samples} and b at ${probes} times` +
-              (settings.trained_from ? `, starting with the data of ${settings.trained_from}.` :
-                                       ", starting without data.") :
-                                       "";
-      const position = study.units.q === "rad" ? "angle" : "position";
-      plot(
-          body, `${run.name}: ${position} q; dashed: the reference.${learned}`, run.t,
-          [...lines(run.q, "q"), ...lines(run.reference, "ξ", {dash: [6, 4], width: 1})],
-          {...options, y: with_unit("q", study.units.q)});
-      plot(body, `${run.name}: velocity.`, run.t, lines(run.v, "v"), {...options, y: with_unit("v", study.units.v)});
-      plot(
-          body, `${run.name}: control input.`, run.t,
-          lines(run.u, "u", {steps: settings.type !== "proportional", width: 1.2}),
-          {...options, y: with_unit("u", study.units.u)});
-    }, i);
+    choice(column, "Controller", runs.map(r => r.name), (k, body) => show(runs[k], body), i);
   }
   part.append(paragraph(kPlotHelp, "soft hint"));
 };
@@ -209,28 +204,28 @@ const panel = (study, place, index) => {
   settings(place, study);
 };
 
-const runs = data.studies.flatMap(s => s.rows), good = runs.filter(row => row.status === "ok").length;
 const many = (n, what, whats = what + "s") => `${n} ${n === 1 ? what : whats}`;
-main.append(paragraph(
-    `${many(data.studies.length, "study", "studies")}, ${many(runs.length, "run")}: ${
-        good === runs.length ? "all succeeded" : `${good} succeeded, ${runs.length - good} failed`}.` +
-        (data.published ? ` ${data.published.cells.filter(c => c.ok === "yes").length} of ${
-                              data.published.cells.length} cells of ${data.published.name} hold.` :
-                          ""),
-    "verdict"));
+const told = () => {
+  const runs = data.studies.flatMap(s => s.rows), bad = data.studies.flatMap(failed).length;
+  const outcome = bad ? `${runs.length - bad} succeeded, ${bad} failed` : "all succeeded";
+  const cells = data.published ? data.published.cells : [], held = cells.filter(c => c.ok === "yes").length;
+  return `${many(data.studies.length, "study", "studies")}, ${many(runs.length, "run")}: ${outcome}.` +
+      (cells.length ? ` ${held} of ${cells.length} cells of ${data.published.name} hold.` : "");
+};
+
+main.append(paragraph(told(), "verdict"));
 if (data.published) published_table(main);
-const drawn = data.studies.filter(s => s.drawn);
 if (data.studies.length > 1) {
-  const part = section(main, "Studies"), one = new Set(data.studies.map(s => s.name)).size === 1;  // a sweep
-  if (data.studies.some(s => Object.keys(s.point).length)) {
-    part.append(runs_table("All runs", data.studies));
-    if (drawn.length < data.studies.length)
-      part.append(paragraph(
-          `Figures below are of the first ${drawn.length} studies; a report of one point's folder shows the others.`,
-          "soft"));
+  const drawn = data.studies.filter(s => s.drawn), part = section(main, "Studies");
+  const sweep = new Set(data.studies.map(s => s.name)).size === 1;
+  if (data.studies.some(s => Object.keys(s.point).length)) part.append(runs_table("All runs", data.studies));
+  if (drawn.length < data.studies.length) {
+    const text =
+        `Figures are of the first ${drawn.length} studies; the report of a point's own folder shows the others.`;
+    part.append(paragraph(text, "soft"));
   }
-  tabs(part, "Study", drawn.map(s => one && point_of(s) || title_of(s)), (i, place) => panel(drawn[i], place, i));
+  tabs(part, "Study", drawn.map(s => sweep && point_of(s) || title_of(s)), (i, place) => panel(drawn[i], place, i));
 } else {
-  panel(data.studies[0], main, 0);
+  panel(data.studies[0], section(main, "Results"), 0);
 }
 begin();

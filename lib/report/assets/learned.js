@@ -37,11 +37,9 @@ const learned = (place, study) => {
         [middle - best, middle + best]);
     draw("sd_log_b", "√var[log b(x)]", `${name}: its posterior standard deviation.`, b, "");
     body.append(pair);
-    slice(
-        body, grid,
-        `${name}: posterior over log b at the velocity nearest zero, with its band of two standard deviations. Dashed: the truth. Stars: all training points.` +
-            cut,
-        labels[0], b);
+    const caption = `${name}: posterior over log b at the velocity nearest zero, with its band of two standard ` +
+        `deviations. Dashed: the truth. Stars: all training points.${cut}`;
+    slice(pair, grid, caption, labels[0], b);
   });
 };
 
@@ -50,17 +48,12 @@ const slice = (place, grid, caption, label, points) => {
   const row = grid.v.reduce((best, v, k) => Math.abs(v) < Math.abs(grid.v[best]) ? k : best, 0);
   const along = key => grid.q.map((_, i) => grid[key][i * grid.v.length + row]);
   const mean = along("mean_log_b"), sd = along("sd_log_b"), truth = along("log_b");
-  const [least, most] =
-      range([mean.map((m, i) => m - 2 * sd[i]), mean.map((m, i) => m + 2 * sd[i]), truth, points.target]),
-                room = 0.06 * (most - least || 1);
-  const frame = axes(
-      `${caption} Mean from ${number(Math.min(...mean), 3)} to ${
-          number(
-              Math.max(...mean),
-              3)}, standard deviation from ${number(Math.min(...sd), 3)} to ${number(Math.max(...sd), 3)}.`,
-      [grid.q[0], grid.q.at(-1)], [least - room, most + room], [label, "log b"], {width: 700, height: 300});
-  const px = grid.q.map(frame.px), line = values => pen(px, values.map(y => y === null ? null : frame.py(y)));
   const upper = mean.map((m, i) => m + 2 * sd[i]), lower = mean.map((m, i) => m - 2 * sd[i]);
+  const [least, most] = range([upper, lower, truth, points.target]), room = 0.06 * (most - least || 1);
+  const ends = list => range([list]).map(x => number(x, 3)).join(" to ");
+  const alternative = `${caption} Mean ${ends(mean)}, standard deviation ${ends(sd)}, truth ${ends(truth)}.`;
+  const frame = axes(alternative, [grid.q[0], grid.q.at(-1)], [least - room, most + room], [label, "log b"]);
+  const px = grid.q.map(frame.px), line = values => pen(px, values.map(y => y === null ? null : frame.py(y)));
   frame.svg.prepend(element(
       "path",
       {d: pen([...px, ...[...px].reverse()], [...upper, ...[...lower].reverse()].map(frame.py)) + "Z", class: "band"}));

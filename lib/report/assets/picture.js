@@ -76,9 +76,9 @@ const map = (place, title, caption, grid, labels, unit, path, points) => {
   const dq = half(grid.q), dv = half(grid.v);
   const [lowest, highest] = range([grid.values]), [least, most] = range([grid.values, grid.over]);
   const known = grid.values.filter(x => x !== null).sort((a, b) => a - b), median = known[Math.floor(known.length / 2)];
-  const alternative = `${title}, a map over ${labels[0]} and ${labels[1]}: from ${number(lowest, 3)} to ${
-                          number(highest, 3)} ${unit}, median ${number(median, 3)}. ` +
-      `${points.q.length} training points. ${caption}`;
+  const [from, to, middle] = [lowest, highest, median].map(x => number(x, 3));
+  const alternative = `${title}, a map over ${labels[0]} and ${labels[1]}: from ${from} to ${to} ${unit}, median ` +
+      `${middle}. ${points.q.length} training points. ${caption}`;
   const frame = axes(
       alternative, [grid.q[0] - dq, grid.q.at(-1) + dq], [grid.v[0] - dv, grid.v.at(-1) + dv], labels, {margin: 82});
   const cells = element("g", {"shape-rendering": "crispEdges"});
@@ -121,15 +121,13 @@ const bars = (place, caption, list, unit) => {
         most = Math.max(...list.map(b => Math.max(b.value, b.published || 0))) || 1;
   const long = Math.max(...list.map(b => b.label.length)), left = Math.min(150, 12 + 7.2 * long),
         full = width - left - 96;
-  const told = list.map(
-                       b => `${b.label} ${number(b.value)}${
-                           typeof b.published === "number" ? " (published " + number(b.published) + ")" : ""}`)
-                   .join(", ");
+  const published = b => typeof b.published === "number" ? ` (published ${number(b.published)})` : "";
+  const told = list.map(b => `${b.label} ${number(b.value)}${published(b)}`).join(", ");
   const svg = element("svg", {
     viewBox: `0 0 ${width} ${height}`,
     role: "img",
     "aria-label": `${caption} ${told}${unit ? ", in " + unit : ""}.`,
-    class: "picture bars"
+    class: "picture"
   });
   list.forEach((bar, i) => {
     const y = row * i + 4, long = Math.max(1, full * bar.value / most),

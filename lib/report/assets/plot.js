@@ -117,6 +117,7 @@ const plot = (place, caption, x, series, options = {}) => {
       ArrowRight: () => move(at + step),
       ArrowLeft: () => move(at - step),
       "+": () => zoom(0.5),
+      "=": () => zoom(0.5),
       "-": () => zoom(2),
       0: () => u.setScale("x", {min: x[0], max: x.at(-1)})
     };
