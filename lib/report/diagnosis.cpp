@@ -87,51 +87,47 @@ std::string sentence(const ordered_json& d) {
          (what.empty() ? "." : ". Beside it the model lacks " + what + ".");
 }
 
+/// A table over time, a group for each text in the columns `by`, the last of which is the recording:
+/// [{set, recording, t, joints: [{column: curve}]}]. Empty where there is no file.
+ordered_json recordings(const fs::path& path, const std::vector<std::string>& by,
+                        const std::vector<std::string>& columns) {
+  ordered_json list = ordered_json::array();
+  if (!fs::exists(path)) return list;
+  const std::string file = path.string();
+  const Table table = read_csv(path);
+  const int joints = joints_of(table, columns.front());
+  if (joints == 0) throw DataError(Location{file}, "has no column '" + columns.front() + "'");
+  std::map<std::string, std::vector<double>> values{{"t", numbers(table, "t", file)}};
+  for (const std::string& column : columns) {
+    for (int j = 0; j < joints; ++j) {
+      const std::string name = numbered(column, j, joints);
+      values[name] = numbers(table, name, file);
+    }
+  }
+  for (const auto& [name, all] : groups(table, by, file)) {
+    const std::vector<std::size_t> rows = thinned(all);
+    ordered_json group{{"recording", name.substr(name.find('\n') + 1)}, {"t", curve(values.at("t"), rows)}};
+    if (by.size() > 1) group["set"] = name.substr(0, name.find('\n'));
+    for (int j = 0; j < joints; ++j) {
+      ordered_json joint;
+      for (const std::string& column : columns) joint[column] = curve(values.at(numbered(column, j, joints)), rows);
+      group["joints"].push_back(std::move(joint));
+    }
+    list.push_back(std::move(group));
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string diagnosis_page(const fs::path& folder) {
   const ordered_json d = read_json(folder / "diagnosis.json");
   require(d);
-  ordered_json data{{"sentence", sentence(d)},
-                    {"diagnosis", d},
-                    {"joints", 1},
-                    {"runs", ordered_json::array()},
-                    {"torque", ordered_json::array()}};
-  const auto add = [&](const fs::path& file, const char* list, const std::vector<std::string>& by,
-                       const std::vector<std::pair<std::string, std::string>>& columns) {
-    if (!fs::exists(file)) return;
-    const Table table = read_csv(file);
-    const int joints = joints_of(table, columns.front().first);
-    data["joints"] = joints;
-    const std::vector<double> t = numbers(table, "t", file.string());
-    std::map<std::string, std::vector<double>> values;
-    for (const auto& [column, key] : columns) {
-      for (int j = 0; j < joints; ++j) {
-        const std::string name = numbered(column, j, joints);
-        if (table.find(name) != nullptr) values[name] = numbers(table, name, file.string());
-      }
-    }
-    for (const auto& [name, all] : groups(table, by, file.string())) {
-      const std::vector<std::size_t> rows = thinned(all);
-      ordered_json group{{"recording", name.substr(name.find('\n') + 1)}};
-      if (by.size() > 1) group["set"] = name.substr(0, name.find('\n'));
-      group["t"] = curve(t, rows);
-      for (int j = 0; j < joints; ++j) {
-        ordered_json joint;
-        for (const auto& [column, key] : columns) {
-          const auto found = values.find(numbered(column, j, joints));
-          if (found != values.end()) joint[key] = curve(found->second, rows);
-        }
-        group["joints"].push_back(std::move(joint));
-      }
-      data[list].push_back(std::move(group));
-    }
-  };
-  add(folder / "fit.csv", "runs", {"set", "recording"},
-      {{"measured", "measured"}, {"before", "before"}, {"after", "after"}});
-  add(folder / "missing_torque.csv", "torque", {"recording"},
-      {{"torque", "torque"}, {"sd", "sd"}, {"q", "q"}, {"v", "v"}});
-  return page(d.at("name").get<std::string>(), assets::k_diagnosis_js, data);
+  return page(d.at("name").get<std::string>(), assets::k_diagnosis_js,
+              {{"sentence", sentence(d)},
+               {"diagnosis", d},
+               {"runs", recordings(folder / "fit.csv", {"set", "recording"}, {"measured", "before", "after"})},
+               {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v"})}});
 }
 
 }  // namespace bayesctrl

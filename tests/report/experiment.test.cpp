@@ -190,7 +190,7 @@ TEST_CASE("Damaged results of a study are told, with their place", "[report]") {
   CHECK_THAT(error_of<IoError>([&] { report({own, own / "SP1"}); }), Contains("SP1 holds no results"));
 }
 
-TEST_CASE("Every figure of the scripts has a text alternative and a caption", "[report]") {
+TEST_CASE("Every picture of the scripts has a text alternative, and no script makes HTML from text", "[report]") {
   const fs::path assets = fs::path(BAYESCTRL_SOURCE_DIR) / "lib" / "report" / "assets";
   for (const auto& entry : fs::directory_iterator(assets)) {
     if (entry.path().extension() != ".js") continue;

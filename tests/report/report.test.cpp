@@ -108,6 +108,9 @@ TEST_CASE("Damaged results of a diagnosis or a trial are told, with their place"
   CHECK_THAT(error(), Contains("diagnosis.json: ") && Contains("parse error"));
   write_file(folder.path() / "diagnosis.json", R"({"name": "x", "verdict": "named"})");
   CHECK_THAT(error(), Contains("damaged or of another version") && Contains("reason"));
+  const auto out = diagnosed(folder, "plain");
+  write_file(out / "fit.csv", "set,recording,t\ntrain,a,0\n");
+  CHECK_THAT(io_examples::error_of<DataError>([&] { report({out}); }), Contains("fit.csv: has no column 'measured'"));
   std::filesystem::remove(folder.path() / "diagnosis.json");
   write_file(folder.path() / "summary.json", "{}");
   write_file(folder.path() / "cases.csv", "case,family,verdict,probability,named\na,single,named,0.99,1\n");

@@ -1,13 +1,10 @@
 // The report of a diagnosis: where recordings and model differ, why, and how well the corrected model predicts.
-const d = data.diagnosis, unit = d.fit.unit, joints = data.joints;
+const d = data.diagnosis, unit = d.fit.unit;
+const joints = [...data.runs, ...data.torque].reduce((most, run) => Math.max(most, run.joints.length), 1);
 const file = path => path.split("/").pop();
 const of_joint = (recording, j) => file(recording) + (joints > 1 ? `, joint ${j + 1}` : "");
-const velocity = unit ? unit + "/s" : "",
-      torque = {
-        m: "N",
-        rad: "N m"
-      }[unit] ||
-    "";
+const velocity = unit ? unit + "/s" : "";
+const torque = unit === "m" ? "N" : unit === "rad" ? "N m" : "";
 
 const fit = () => {
   const held = d.fit.held_out.before === null ? "train" : "held_out", error = d.fit[held];
