@@ -170,7 +170,7 @@ const tabs = async (page, what) => {
   await list.first().click();
 };
 
-const moves = async (page, what) => {
+const moves = async (page, what, wait) => {
   const [slider] = await visible(page, ".player input[type=range]");
   check(slider, `${what}: no motion`);
   if (!slider) return;
@@ -183,7 +183,7 @@ const moves = async (page, what) => {
   check(await tip() !== end, `${what}: the slider moves nothing`);
   const [play] = await visible(page, ".player button"), before = await tip();
   await play.click();
-  await page.waitForTimeout(400);
+  await page.waitForTimeout(wait);
   await play.click();
   check(await tip() !== before, `${what}: play moves nothing`);
   const stopped = await tip();
@@ -235,13 +235,14 @@ const look = async (browser, kind, file, shots) => {
       if (device === "desk") {
         await reads_plots(page, what);
         await copies(page, what);
-        if (kind === "experiment") await moves(page, what);
+        if (kind === "experiment") await moves(page, what, 400);
       }
       await page.context().close();
     }
   }
   const still = await open(browser, file, {reducedMotion: "reduce"});
   await sound(still, `${kind}, reduced motion`);
+  if (kind === "experiment") await moves(still, `${kind}, reduced motion`, 1200);  // stills, half a second apart
   await still.emulateMedia({media: "print"});
   await sound(still, `${kind}, print`);
   check(
