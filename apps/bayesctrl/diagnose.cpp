@@ -100,7 +100,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       if (!command->out.empty() && command->specs.size() > 1) folder /= slug(spec.name);
       const Diagnosis diagnosis = diagnose(spec);
       write_diagnosis(diagnosis, folder);
-      if (!command->no_report) write_report(folder);
+      if (!command->no_report) write_reports({folder});
       if (!command->quiet) {
         print(diagnosis.json);
         std::cout << "  written to " << folder.string() << "\n";

@@ -3,14 +3,17 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "commands.hpp"
+#include "experiment/check.hpp"
 #include "experiment/read.hpp"
 #include "experiment/tabulate.hpp"
 #include "experiment/write.hpp"
 #include "io/files.hpp"
 #include "io/text.hpp"
 #include "progress.hpp"
+#include "report/report.hpp"
 
 namespace bayesctrl {
 
@@ -24,6 +27,8 @@ struct RunCommand {
   Overrides overrides;
   int jobs = 0;
   std::string progress;
+  std::string against;
+  bool no_report = false;
   bool quiet = false;
   bool json = false;
 };
@@ -89,7 +94,7 @@ Table compact(const Table& table) {
   return result;
 }
 
-void report(const Tally& tally, const Batch& batch, const RunCommand& command) {
+void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
   if (command.json) {
     nlohmann::ordered_json object{{"ok", tally.ok}, {"failed", tally.failed}};
     object["studies"] = nlohmann::ordered_json::array();
@@ -112,11 +117,27 @@ void report(const Tally& tally, const Batch& batch, const RunCommand& command) {
   }
 }
 
+/// The page of each spec's folder.
+void write_pages(const std::set<fs::path>& folders, const Tally& tally,
+                 const std::optional<PublishedTable>& published) {
+  for (const fs::path& folder : folders) {
+    if (!published) {
+      write_reports({folder});
+      continue;
+    }
+    const Published beside{published->name, published->source, compare(tally.tables.at(folder), *published)};
+    write_reports({folder}, &beside);
+  }
+}
+
 ExitCode run(const RunCommand& command) {
   const Batch batch = read_batch(command);
+  std::optional<PublishedTable> published;
+  if (!command.against.empty()) published = read_published(command.against);
   Tally tally;
   Progress progress(Progress::choose(command.progress, command.quiet || command.json));
   std::vector<Table> tables(batch.studies.size());
+  std::set<fs::path> written;  // spec folders
   RunOptions options;
   options.jobs = command.jobs;
   options.progress = [&](std::size_t done, std::size_t total) { progress(done, total); };
@@ -129,7 +150,9 @@ ExitCode run(const RunCommand& command) {
       ++(ok ? tally.ok : tally.failed);
       any = any || ok || one.result.reason != "interrupted";
     }
-    if (any) write_results(outcome, batch.jobs[index].folder, batch.jobs[index].spec_name);
+    if (!any) return;
+    write_results(outcome, batch.jobs[index].folder, batch.jobs[index].spec_name);
+    written.insert(batch.jobs[index].spec_folder);
   });
   for (std::size_t i = 0; i < tables.size(); ++i) append(tally.tables[batch.jobs[i].spec_folder], tables[i]);
   for (std::size_t i = 0; i < batch.jobs.size(); ++i) {
@@ -139,7 +162,8 @@ ExitCode run(const RunCommand& command) {
       write_file(job.spec_folder / "table.csv", to_csv(tally.tables[job.spec_folder]));
     }
   }
-  report(tally, batch, command);
+  if (!command.no_report) write_pages(written, tally, published);
+  print(tally, batch, command);
   return tally.exit();
 }
 
@@ -161,6 +185,9 @@ void declare_run(CLI::App& app, ExitCode& exit) {
       ->capture_default_str();
   sub->add_option("--progress", command->progress, "How progress is shown on standard error")
       ->check(CLI::IsMember({"none", "bar", "text"}));
+  sub->add_option("--against", command->against,
+                  "Published numbers to set beside the results in report.html, e.g. configs/paper_table2.yaml");
+  sub->add_flag("--no-report", command->no_report, "Write no report.html");
   sub->add_flag("--quiet", command->quiet, "Print nothing but errors");
   sub->add_flag("--json", command->json, "Print one JSON object on standard output and nothing else");
   sub->footer(

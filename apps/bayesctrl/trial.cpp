@@ -52,7 +52,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
         exit = ExitCode::interrupted;
         return;
       }
-      if (!command->no_report) write_report(place);
+      if (!command->no_report) write_reports({place});
       std::cout << result.markdown << "\nwritten to " << place.string() << "\n";
     }
   });

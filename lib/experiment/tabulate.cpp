@@ -137,7 +137,7 @@ Table posterior_table(const Study& study, const Belief& belief) {
   const PosteriorGrid& grid = study.output.posterior;
   Table table;
   if (grid.points == 0) return table;
-  for (const char* name : {"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b"}) {
+  for (const char* name : {"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b", "log_b"}) {
     table.columns.push_back({name, "", std::vector<double>{}});
   }
   const auto push = [&](std::size_t column, double value) {
@@ -157,13 +157,14 @@ Table posterior_table(const Study& study, const Belief& belief) {
         x[n + i] = value(grid.velocity, column);
         const BeliefMarginals seen = belief.predict(x);
         const Affine truth = affine(study.model.plant, x.head(n), x.tail(n));
-        const std::array<double, 7> cells{static_cast<double>(i + 1),
+        const std::array<double, 8> cells{static_cast<double>(i + 1),
                                           x[i],
                                           x[n + i],
                                           std::abs(truth.drift[i] - seen.drift_mean[i]),
                                           std::sqrt(seen.drift_variance[i]),
                                           seen.log_gain_mean[i],
-                                          std::sqrt(seen.log_gain_variance[i])};
+                                          std::sqrt(seen.log_gain_variance[i]),
+                                          std::log(truth.gain(i, i))};
         for (std::size_t c = 0; c < cells.size(); ++c) push(c, cells[c]);
       }
     }

@@ -46,9 +46,11 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string page(std::string_view title, const nlohmann::ordered_json& data) {
+std::string page(std::string_view title, std::string_view script, const nlohmann::ordered_json& data) {
   std::string html =
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n<title>";
   html += escaped(title);
@@ -65,9 +67,10 @@ std::string page(std::string_view title, const nlohmann::ordered_json& data) {
   html += harmless(data);
   html += "</script>\n<script>\n";
   html += assets::k_uPlot_iife_min_js;
-  html += "\n</script>\n<script>\n";
-  html += assets::k_report_js;
-  html += "</script>\n</body>\n</html>\n";
+  html += "\n</script>\n<script>\n\"use strict\";\n(() => {\n";
+  for (const std::string_view part : {assets::k_common_js, assets::k_plot_js, assets::k_picture_js, script})
+    html += part;
+  html += "})();\n</script>\n</body>\n</html>\n";
   return html;
 }
 

@@ -9,7 +9,8 @@ namespace bayesctrl {
 /// Text as it may stand in HTML.
 std::string escaped(std::string_view text);
 
-/// A page with everything inlined: style, plotting library, the script that draws, and the data that it draws.
-std::string page(std::string_view title, const nlohmann::ordered_json& data);
+/// A page with everything inlined: style, plotting library, the data, and the scripts that draw them: what all pages
+/// share, and `script`, which draws this kind. A content security policy forbids every request.
+std::string page(std::string_view title, std::string_view script, const nlohmann::ordered_json& data);
 
 }  // namespace bayesctrl

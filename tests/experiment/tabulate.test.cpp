@@ -121,11 +121,11 @@ TEST_CASE("posterior.csv compares belief and truth on the study's grid", "[exper
   const StudyOutcome outcome = run_one(slide());
   const Belief& belief = outcome.find("SP1")->result.belief;
   const Table grid = posterior_table(outcome.study, belief);
-  CHECK(column_names(grid) == Names{"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b"});
+  CHECK(column_names(grid) == Names{"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b", "log_b"});
   REQUIRE(grid.rows() == 25);
   const std::vector<double> q = numbers(grid, "q", ""), v = numbers(grid, "v", ""),
                             error = numbers(grid, "error_a", ""), sd = numbers(grid, "sd_a", ""),
-                            mean_log_b = numbers(grid, "mean_log_b", "");
+                            mean_log_b = numbers(grid, "mean_log_b", ""), log_b = numbers(grid, "log_b", "");
   CHECK(std::set<double>(q.begin(), q.end()) == std::set<double>{-1.0, -0.25, 0.5, 1.25, 2.0});
   CHECK(std::set<double>(v.begin(), v.end()) == std::set<double>{-1.0, -0.5, 0.0, 0.5, 1.0});
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -133,6 +133,7 @@ TEST_CASE("posterior.csv compares belief and truth on the study's grid", "[exper
     CHECK(error[i] == std::abs(-0.25 * v[i] - seen.drift_mean[0]));  // a = -friction / mass v
     CHECK(sd[i] == std::sqrt(seen.drift_variance[0]));
     CHECK(mean_log_b[i] == seen.log_gain_mean[0]);
+    CHECK(log_b[i] == std::log(0.5));  // b = 1 / mass
   }
   CHECK(posterior_table(slide({"output.posterior.points=0"}), belief).columns.empty());
   CHECK(posterior_table(slide({"output.posterior.points=1"}), belief).rows() == 1);

@@ -6,12 +6,15 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
+#include "io/examples.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "report/page.hpp"
+#include "report/support.hpp"
 #include "support/command.hpp"
 
 using namespace bayesctrl;
+using namespace bayesctrl::testing;
 using Catch::Contains;
 using io_examples::Folder;
 
@@ -34,17 +37,10 @@ std::filesystem::path diagnosed(const Folder& folder, const std::string& name) {
                  "\nmodel: {plant: pendulum, parameters: {mass: 1, length: 1, friction: 0.2}}\n"
                  "signals: {time: t, position: q, input: u}\nrecordings: [train.csv]\n");
   const auto out = folder.path() / "out";
-  const testing::CommandResult result =
-      testing::bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet"});
+  const CommandResult result = bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet"});
   INFO(result.err);
   REQUIRE(result.status == 0);
   return out;
-}
-
-int count(const std::string& text, const std::string& part) {
-  int n = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
-  return n;
 }
 
 }  // namespace
@@ -63,17 +59,15 @@ TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs 
   CHECK_THAT(html, Contains("MIT"));
 
   // The data in the page are those of the files.
-  const std::string begin = "id=\"data\">";
-  const std::size_t from = html.find(begin) + begin.size();
-  const auto data = nlohmann::json::parse(html.substr(from, html.find("</script>", from) - from));
-  CHECK(data["diagnosis"] == nlohmann::json::parse(read_file(out / "diagnosis.json", 10'000'000)));
+  const nlohmann::ordered_json data = data_of(html);
+  CHECK(data["diagnosis"] == nlohmann::ordered_json::parse(read_file(out / "diagnosis.json", 10'000'000)));
   CHECK(data["runs"].size() == 1);
   CHECK(data["runs"][0]["joints"][0]["measured"].size() == 800);
   CHECK(data["torque"][0]["joints"][0]["v"].size() == 800);
 
   // `report` writes the same page from the files.
   std::filesystem::remove(out / "report.html");
-  CHECK(testing::bayesctrl_with({"report", out}).status == 0);
+  CHECK(bayesctrl_with({"report", out}).status == 0);
   CHECK(read_file(out / "report.html", 10'000'000) == html);
 }
 
@@ -81,15 +75,14 @@ TEST_CASE("With --no-report there is none, and a folder without results has none
   const Folder folder;
   const auto out = diagnosed(folder, "plain");
   std::filesystem::remove(out / "report.html");
-  CHECK(testing::bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet", "--no-report"})
-            .status == 0);
+  CHECK(bayesctrl_with({"diagnose", folder.path() / "spec.yaml", "--out", out, "--quiet", "--no-report"}).status == 0);
   CHECK_FALSE(std::filesystem::exists(out / "report.html"));
-  CHECK_THROWS_AS(report(folder.path()), IoError);
+  CHECK_THROWS_AS(report({folder.path()}), IoError);
 }
 
 TEST_CASE("Text in pages is escaped", "[report]") {
   CHECK(escaped("<a href=\"x\">&</a>") == "&lt;a href=&quot;x&quot;&gt;&amp;&lt;/a&gt;");
-  const std::string html = page("t", {{"kind", "trial"}, {"text", "</script><script>alert(2)</script>"}});
+  const std::string html = page("t", "", {{"text", "</script><script>alert(2)</script>"}});
   CHECK_THAT(html, !Contains("alert(2)</script>"));
 }
 
@@ -101,9 +94,25 @@ TEST_CASE("The report of a trial shows what was said for what", "[report]") {
       "case,family,truth,verdict,probability,named\n"
       "a,single,input_gain,named,0.99,1\nb,single,input_gain,named,0.95,0\nc,nothing,nothing,nothing_missing,1,0\n"
       "d,outside,magnetic_latch,unknown,0,0\n");
-  const std::string html = report(folder.path());
+  const std::string html = report({folder.path()});
   CHECK_THAT(html, Contains(R"(["input_gain",2,1,1,0])"));
   CHECK_THAT(html, Contains(R"(["nothing",1,1,0,0])"));
   CHECK_THAT(html, Contains(R"(["outside: magnetic_latch",1,0,0,1])"));
   CHECK_THAT(html, Contains(R"("right":0.5,"cases":2.0)"));
+}
+
+TEST_CASE("Damaged results of a diagnosis or a trial are told, with their place", "[report]") {
+  const Folder folder;
+  const auto error = [&] { return io_examples::error_of<DataError>([&] { report({folder.path()}); }); };
+  write_file(folder.path() / "diagnosis.json", "{\"name\": ");
+  CHECK_THAT(error(), Contains("diagnosis.json: ") && Contains("parse error"));
+  write_file(folder.path() / "diagnosis.json", R"({"name": "x", "verdict": "named"})");
+  CHECK_THAT(error(), Contains("damaged or of another version") && Contains("reason"));
+  const auto out = diagnosed(folder, "plain");
+  write_file(out / "fit.csv", "set,recording,t\ntrain,a,0\n");
+  CHECK_THAT(io_examples::error_of<DataError>([&] { report({out}); }), Contains("fit.csv: has no column 'measured'"));
+  std::filesystem::remove(folder.path() / "diagnosis.json");
+  write_file(folder.path() / "summary.json", "{}");
+  write_file(folder.path() / "cases.csv", "case,family,verdict,probability,named\na,single,named,0.99,1\n");
+  CHECK_THAT(error(), Contains("cases.csv: has no column 'truth'"));
 }

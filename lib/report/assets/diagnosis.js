@@ -1,0 +1,193 @@
+// The report of a diagnosis: where recordings and model differ, why, and how well the corrected model predicts.
+const d = data.diagnosis, unit = d.fit.unit;
+const joints = [...data.runs, ...data.torque].reduce((most, run) => Math.max(most, run.joints.length), 1);
+const file = path => path.split("/").pop();
+const of_joint = (recording, j) => file(recording) + (joints > 1 ? `, joint ${j + 1}` : "");
+const velocity = unit ? unit + "/s" : "";
+const torque = unit === "m" ? "N" : unit === "rad" ? "N m" : "";
+
+const fit = () => {
+  const held = d.fit.held_out.before === null ? "train" : "held_out", error = d.fit[held];
+  if (error.before === null) return;
+  const where = held === "held_out" ? "recordings that were held out" : "the recordings that were explained";
+  const part = section(main, held === "held_out" ? "Does it predict what it has not seen?" : "How well does it fit?");
+  bars(
+      part,
+      `Error of simulations of ${number(d.fit.horizon_s)} s on ${where}, root mean square${
+          unit ? " in " + unit : ""}. The sensor's noise is ${number(d.fit.noise_floor)} ${unit}.`,
+      [
+        {label: "as it was", value: error.before, colour: "orange"},
+        ...(error.refit !== error.before ? [{label: "refit", value: error.refit, colour: "grey"}] : []),
+        {label: "corrected", value: error.after, colour: "blue"},
+        {label: "sensor noise", value: d.fit.noise_floor, colour: "line"}
+      ],
+      unit);
+  const runs = data.runs.filter(r => r.set === held);
+  if (!runs.length) return;
+  choice(part, "Recording", runs.map(r => file(r.recording)), (i, place) => {
+    const run = runs[i], less = (a, b) => a.map((x, k) => x === null || b[k] === null ? null : x - b[k]);
+    run.joints.forEach(
+        (joint, j) => plot(
+            place, `${of_joint(run.recording, j)}: recorded, simulated by the nominal model, and by the corrected one.`,
+            run.t,
+            [
+              {label: "recorded", values: joint.measured, colour: "ink", width: 2},
+              {label: "nominal", values: joint.before, colour: "orange", dash: [6, 4]},
+              {label: "corrected", values: joint.after, colour: "blue"}
+            ],
+            {y: with_unit("position", unit), height: 260, sync: "fit"}));
+    run.joints.forEach(
+        (joint, j) => plot(
+            place,
+            `${of_joint(run.recording, j)}: what the two simulations miss, recorded less simulated; each window of ${
+                number(d.fit.horizon_s)} s starts anew.`,
+            run.t,
+            [
+              {label: "nominal", values: less(joint.measured, joint.before), colour: "orange", width: 1},
+              {label: "corrected", values: less(joint.measured, joint.after), colour: "blue", width: 1}
+            ],
+            {y: with_unit("error", unit), height: 200, sync: "fit"}));
+    place.append(paragraph(kPlotHelp, "soft hint"));
+  });
+};
+
+// The missing torque in the plane of position and velocity: its sign is the colour, its size the strength.
+const plane = (place, caption, joint) => {
+  const keep = Math.max(1, Math.ceil(joint.q.length / 2500)),
+        wide = ([a, b]) => [a - 0.04 * (b - a || 1), b + 0.04 * (b - a || 1)];
+  const size = joint.torque.filter(x => x !== null).map(Math.abs).sort((a, b) => a - b),
+        full = size[Math.floor(0.98 * (size.length - 1))] || 1;
+  const frame = axes(
+      `${caption} 98 % of the torques are within ±${number(full, 3)}.`, wide(range([joint.q])), wide(range([joint.v])),
+      [with_unit("position", unit), with_unit("velocity", velocity)]);
+  for (let i = 0; i < joint.q.length; i += keep) {
+    if (joint.q[i] === null || joint.v[i] === null || joint.torque[i] === null) continue;
+    const share = Math.max(-1, Math.min(1, joint.torque[i] / full));
+    frame.svg.append(element("circle", {
+      cx: frame.px(joint.q[i]).toFixed(1),
+      cy: frame.py(joint.v[i]).toFixed(1),
+      r: 2.4,
+      fill: `var(--${share < 0 ? "orange" : "blue"})`,
+      "fill-opacity": (0.08 + 0.92 * Math.abs(share)).toFixed(2)
+    }));
+  }
+  figure(place, frame.svg, caption);
+};
+
+const mismatch = () => {
+  if (!d.mismatch.detected) return;
+  const part = section(main, "Where is the mismatch?");
+  const shares = Object.entries(d.mismatch.depends_on).filter(s => s[1] >= 0.005).sort((a, b) => b[1] - a[1]);
+  part.append(paragraph(
+      `Joint ${d.mismatch.joint ?? "–"}, on the ${d.mismatch.channel ?? "–"} side.` +
+      (shares.length ? ` The missing torque depends on ${
+                           shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ")}.` :
+                       "")));
+  if (!data.torque.length) return;
+  choice(part, "Recording", data.torque.map(r => file(r.recording)), (i, place) => {
+    const run = data.torque[i], pair = element("div", {class: "pair"});
+    run.joints.forEach((joint, j) => {
+      const band = sign => joint.torque.map((x, k) => x === null ? null : x + 2 * sign * joint.sd[k]);
+      const who = of_joint(run.recording, j), times = d.mismatch.time.filter(m => m.recording === run.recording);
+      plot(
+          place, who + ": what the nominal model lacks, with two standard deviations; shaded times are significant.",
+          run.t,
+          [
+            {label: "missing torque", values: joint.torque, colour: "blue"},
+            {label: "upper", values: band(1), colour: "line", width: 0.5, silent: true},
+            {label: "lower", values: band(-1), colour: "line", width: 0.5, silent: true}
+          ],
+          {
+            y: with_unit("missing torque", torque),
+            height: 240,
+            bands: [[2, 3]],
+            marks: times.map(m => ({...m, colour: "shade"}))
+          });
+      plane(
+          pair,
+          who + ": missing torque by position and velocity; strong colours: large, blue: positive, orange: negative.",
+          joint);
+    });
+    place.append(pair);
+  });
+};
+
+const explanation = () => {
+  const effects = d.explanation.effects;
+  if (!effects.length && !d.alternatives.length) return;
+  const part = section(main, "Which physics is missing?");
+  if (effects.length) {
+    part.append(element(
+        "p", {}, `Probability ${percent(d.explanation.probability)}. `, element("code", {}, d.explanation.equation)));
+    const rows = effects.flatMap(
+        e => Object.entries(e.parameters)
+                 .map(
+                     ([name, p]) =>
+                         [words(e.name), e.joint, words(name), p.value,
+                          p.sd ? {value: 1.96 * p.sd, text: "± " + number(1.96 * p.sd, 2)} : null, p.unit, e.text]));
+    part.append(table(
+        "Parameters of the effects", ["effect", "joint", "parameter", "value", "95 % interval", "unit", "in words"],
+        rows));
+  }
+  if (d.alternatives.length) {
+    part.append(table(
+        "Alternatives and their probabilities", ["explanation", "probability"],
+        d.alternatives.map(a => [a.effects.map(words).join(" + ") || "nothing is missing", a.probability])));
+  }
+  for (const names of d.indistinguishable)
+    part.append(paragraph(`These recordings cannot separate: ${names.map(words).join(", ")}.`));
+};
+
+const rest = () => {
+  if (d.remainder) {
+    const shares = Object.entries(d.remainder.depends_on).filter(s => s[1] >= 0.05);
+    const causes = shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ");
+    section(main, "What is left")
+        .append(paragraph(
+            `${
+                percent(
+                    d.remainder.share)} of the nominal's error (squares) is explained by no effect of the catalogue` +
+            (causes ? `; it depends on ${causes}.` : ".")));
+  }
+  const parameters = Object.entries(d.parameters);
+  if (parameters.length) {
+    section(main, "Parameters of the nominal model")
+        .append(table(
+            "Parameters: nominal and estimated", ["parameter", "nominal", "value", "standard deviation"],
+            parameters.map(([name, p]) => [words(name), p.nominal, p.value, p.sd])));
+  }
+  if (d.next_experiment) {
+    const next = d.next_experiment, part = section(main, "What to try next");
+    part.append(paragraph(`${next.input}. It is expected to tell ${
+        next.separates.map(words).join(" from ")}: log odds ${number(next.expected_log_odds, 3)}.`));
+    if (next.signal) {
+      plot(
+          part, `Proposed input of joint ${next.signal.joint}.`,
+          next.signal.values.map((_, i) => i * next.signal.period_s),
+          [{label: "input", values: next.signal.values, colour: "blue", steps: true}], {y: "input", height: 200});
+    }
+  }
+  if (d.residual.after) {
+    const tests = {
+      slow_modes: "more than noise in what mechanics can follow",
+      autocorrelation: "neighbouring samples are alike (Ljung-Box)",
+      input: "follows earlier inputs: physics of the input",
+      feedback: "goes before the input: a closed loop",
+      change: "its size changes in time (CUSUM)"
+    };
+    section(main, "Is what is left only noise?")
+        .append(table(
+            "Tests of the residual", ["test", "p, nominal", "p, explained", "meaning of a small p"],
+            Object.entries(tests).map(
+                ([name,
+                  text]) => [words(name), d.residual.before[name].p_value, d.residual.after[name].p_value, text])));
+  }
+};
+
+main.append(paragraph(data.sentence, "verdict"));
+if (d.reason) main.append(paragraph(d.reason, "soft"));
+fit();
+mismatch();
+explanation();
+rest();
+begin();

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "io/table.hpp"
+
+namespace bayesctrl {
+
+/// A JSON file of a result folder. Throws IoError, or DataError where it is damaged.
+nlohmann::ordered_json read_json(const std::filesystem::path& file);
+
+/// A column as texts, numbers as in CSV. Throws DataError, located at `file`, if there is no such column.
+std::vector<std::string> texts(const Table& table, const std::string& column, const std::string& file);
+
+/// Some rows of a column of numbers as a picture needs them: six significant digits, what is missing is null.
+nlohmann::ordered_json curve(const std::vector<double>& values, const std::vector<std::size_t>& rows);
+
+/// Every k-th of `rows`, so that a curve has some 2000 points, and those at which `kept` says so.
+std::vector<std::size_t> thinned(const std::vector<std::size_t>& rows, const std::vector<bool>& kept = {});
+
+/// How many joints a table's columns are for: "q" alone is of one, "q1", "q2", ... are of several; 0 without any.
+int joints_of(const Table& table, const std::string& column);
+
+}  // namespace bayesctrl
