@@ -4,10 +4,13 @@
 #include <stdexcept>
 
 #include "numerics/detail/dormand_prince.hpp"
+#include "physics/machine.hpp"
 
 namespace bayesctrl {
 
 namespace {
+
+constexpr double kStep = 1e-3;  // s, of machines with effects, at most
 
 template <int kJoints, class PlantType>
 Recording run(const PlantType& plant, const StateVector& initial_state, const std::vector<double>& time,
@@ -42,10 +45,26 @@ Recording run(const PlantType& plant, const StateVector& initial_state, const st
   return result;
 }
 
+Recording run_with_effects(const Model& model, const StateVector& initial_state, const std::vector<double>& time,
+                           const Eigen::MatrixXd& inputs) {
+  const Machine machine(model.plant, model.effects, model.remainder);
+  const auto samples = static_cast<Eigen::Index>(time.size());
+  const Eigen::Index n = machine.joints();
+  if (initial_state.size() != 2 * n || inputs.rows() != samples || inputs.cols() != n) {
+    throw std::invalid_argument("initial state and inputs do not fit the plant");
+  }
+  if (samples == 0) return {time, Eigen::MatrixXd(0, n), Eigen::MatrixXd(0, n), inputs};
+  Eigen::MatrixXd states;
+  const Eigen::MatrixXd seen = machine.run(initial_state, time, machine.drives(time, inputs), 0, time.size() - 1, kStep,
+                                           JointVector::Zero(n), &states);
+  return {time, seen, states.rightCols(n), inputs};
+}
+
 }  // namespace
 
 Recording free_run(const Model& model, const StateVector& initial_state, const std::vector<double>& time,
                    const Eigen::MatrixXd& inputs, const Integration& integration) {
+  if (!model.is_plain()) return run_with_effects(model, initial_state, time, inputs);
   return with_joints(model.plant, [&]<int kJoints>(const auto& plant, std::integral_constant<int, kJoints>) {
     return run<kJoints>(plant, initial_state, time, inputs, integration);
   });

@@ -48,6 +48,26 @@ TEST_CASE("Where and in how many samples a motion is recorded does not change it
   });
 }
 
+TEST_CASE("A free run has the model's effects", "[physics]") {
+  const std::vector<double> time{0.0, 0.5, 1.0};
+  const Eigen::Vector2d start(1.0, 0.0);
+  // Friction of 3 N holds 2 N, and takes its part of 5 N.
+  const Model rough{Mass{.mass = 2.0}, {{CoulombFriction{3.0}, 0}}};
+  CHECK(free_run(rough, start, time, column({2.0, 2.0, 2.0})).position.isApprox(column({1.0, 1.0, 1.0}), kTolerance));
+  CHECK(free_run(rough, start, time, column({5.0, 5.0, 5.0})).velocity.isApprox(column({0.0, 0.5, 1.0}), 1e-6));
+  const Model shifted{Mass{.mass = 2.0}, {{SensorOffset{0.25}, 0}}};
+  CHECK(free_run(shifted, start, time, column({0.0, 0.0, 0.0})).position.isApprox(column({1.25, 1.25, 1.25})));
+  for_each_plant(1, [&]<class PlantType>(const PlantType& plant) {
+    constexpr int n = example_joints<PlantType>;
+    const StateVector begin = StateVector::Constant(2 * n, 0.7);
+    const Eigen::MatrixXd inputs = Eigen::MatrixXd::Constant(3, n, 0.5);
+    const Model with_nothing{plant, {{ConstantBias{0.0}, 0}}};
+    INFO(PlantType::kName);
+    CHECK((free_run(with_nothing, begin, time, inputs).position - free_run({plant}, begin, time, inputs).position)
+              .norm() < 1e-6);
+  });
+}
+
 TEST_CASE("A free run that fits not its plant is the caller's error, one that diverges a numerical one", "[physics]") {
   const Model model{Mass{}};
   CHECK_THROWS_AS(free_run(model, Eigen::Vector4d::Zero(), kTime, column({0, 0, 0, 0})), std::invalid_argument);
