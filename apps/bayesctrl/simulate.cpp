@@ -35,7 +35,7 @@ void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
   sub->callback([command] {
     if (is_model_file(command->spec)) {
       if (command->input.empty()) throw CLI::RequiredError("--input (a recording with the columns of model.yaml)");
-      const ModelFile file = read_model_file(command->spec);
+      const ModelFile file = read_model_file(read_yaml(command->spec));
       const SimulatedModel run =
           simulate_model(file, command->input, command->horizon > 0.0 ? command->horizon : file.horizon);
       const std::string csv = to_csv(run.table, 10);
