@@ -6,7 +6,7 @@
 
 #include "commands.hpp"
 #include "experiment/check.hpp"
-#include "progress.hpp"
+#include "terminal/progress.hpp"
 
 namespace bayesctrl {
 
@@ -16,19 +16,18 @@ struct CalibrateCommand {
   std::string spec;
   int jobs = 0;
   std::size_t show = 3;
-  std::string progress;
-  bool quiet = false;
-  bool json = false;
+  Loudness loudness;
 };
 
 ExitCode run(const CalibrateCommand& command) {
-  Progress progress(Progress::choose(command.progress, command.quiet || command.json));
+  const Loudness& loudness = command.loudness;
+  Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "searches");
   const std::vector<CalibrationResult> results = calibrate(
       command.spec, command.jobs, [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted);
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < std::min(command.show, results.size()); ++i) {
     const CalibrationResult& result = results[i];
-    if (command.json) {
+    if (loudness.json) {
       list.push_back(
           {{"score", result.score}, {"settings", result.assignments}, {"cells", to_json(result.comparison)}});
       continue;
@@ -37,8 +36,10 @@ ExitCode run(const CalibrateCommand& command) {
     for (const std::string& assignment : result.assignments) std::cout << "  " << assignment << "\n";
     std::cout << to_markdown(result.comparison, 5) << "\n";
   }
-  if (command.json) std::cout << list.dump(2) << "\n";
-  return interrupted() ? ExitCode::interrupted : ExitCode::ok;
+  if (loudness.json) std::cout << nlohmann::ordered_json{{"candidates", list}}.dump(2) << "\n";
+  if (!interrupted()) return ExitCode::ok;
+  progress.say("interrupted: these are the best of the searches that ended; the same command begins anew");
+  return ExitCode::interrupted;
 }
 
 }  // namespace
@@ -50,10 +51,7 @@ void declare_calibrate(CLI::App& app, ExitCode& exit) {
   sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
       ->check(CLI::Range(0, 4096));
   sub->add_option("--show", command->show, "How many of the best searches are shown")->capture_default_str();
-  sub->add_option("--progress", command->progress, "How progress is shown on standard error")
-      ->check(CLI::IsMember({"none", "bar", "text"}));
-  sub->add_flag("--quiet", command->quiet, "No progress");
-  sub->add_flag("--json", command->json, "Print one JSON list on standard output and nothing else");
+  add_loudness(*sub, command->loudness);
   sub->callback([command, &exit] { exit = run(*command); });
 }
 

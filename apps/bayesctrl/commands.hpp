@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "io/node.hpp"
 
 namespace CLI {
 class App;
-}
+class Validator;
+}  // namespace CLI
 
 namespace bayesctrl {
 
@@ -15,22 +17,44 @@ namespace bayesctrl {
 /// main.cpp.
 void declare_run(CLI::App& app, ExitCode& exit);
 void declare_validate(CLI::App& app, ExitCode& exit);
+void declare_show(CLI::App& app, ExitCode& exit);
+void declare_init(CLI::App& app, ExitCode& exit);
+void declare_schema(CLI::App& app, ExitCode& exit);
 void declare_list(CLI::App& app, ExitCode& exit);
 void declare_table(CLI::App& app, ExitCode& exit);
 void declare_check(CLI::App& app, ExitCode& exit);
+void declare_diff(CLI::App& app, ExitCode& exit);
 void declare_simulate(CLI::App& app, ExitCode& exit);
 void declare_calibrate(CLI::App& app, ExitCode& exit);
 void declare_diagnose(CLI::App& app, ExitCode& exit);
 void declare_trial(CLI::App& app, ExitCode& exit);
 void declare_report(CLI::App& app, ExitCode& exit);
+void declare_completion(CLI::App& app, ExitCode& exit);
+void declare_man(CLI::App& app, ExitCode& exit);
 
 /// Options that several subcommands share.
 void add_set_option(CLI::App& command, std::vector<std::string>& assignments);
 
+/// What is said, and how. `quiet` and `json` both mean no progress.
+struct Loudness {
+  std::string progress;  // "none", "bar", "text", or empty: what fits the terminal
+  bool quiet = false;
+  bool json = false;
+};
+void add_loudness(CLI::App& command, Loudness& loudness);
+void add_json_option(CLI::App& command, bool& json);
+
+/// Checks that a word is one of these, with "did you mean"; --help and the shell completion show them.
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// A spec with the assignments of --set. Throws SpecError or IoError.
+Node read_spec(const std::string& path, const std::vector<std::string>& assignments);
+
 /// True from the first Ctrl-C (SIGINT) or SIGTERM on; the handlers are set by main.
 bool interrupted();
 
-/// From here on a signal ends the program at once: for work that writes nothing before its end.
-void end_at_once();
+/// From here on a signal ends the program at once: for work that writes nothing before its end. `advice`, which must
+/// outlive the program, is what is said then.
+void end_at_once(const char* advice);
 
 }  // namespace bayesctrl

@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -5,13 +7,19 @@
 #include "base/format.hpp"
 #include "commands.hpp"
 #include "diagnose/diagnosis.hpp"
+#include "io/emit.hpp"
 #include "io/files.hpp"
+#include "io/provenance.hpp"
 #include "report/report.hpp"
+#include "terminal/plot.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/terminal.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 std::string number(const ordered_json& value) { return value.is_number() ? format(value.get<double>(), 4) : "-"; }
@@ -71,14 +79,27 @@ void print(const ordered_json& d) {
   }
 }
 
+/// Measured position and missing torque of each joint.
+std::string plots_of(const Table& missing_torque) {
+  std::vector<std::string> columns;
+  for (const Column& column : missing_torque.columns) {
+    constexpr std::string_view kTorque = "torque";
+    if (!column.name.starts_with(kTorque)) continue;
+    columns.push_back("q" + column.name.substr(kTorque.size()));
+    columns.push_back(column.name);
+  }
+  return plot_columns(missing_torque, columns, {terminal_width(STDOUT_FILENO), 5, has_colour(STDOUT_FILENO)});
+}
+
 }  // namespace
 
 void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
   struct Command {
-    std::vector<std::string> specs;
+    std::vector<std::string> specs, assignments;
     std::string out;
-    bool quiet = false;
+    Loudness loudness;
     bool no_report = false;
+    bool plot = false;
   };
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand(
@@ -86,26 +107,37 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       "Say whether, where and why recordings of a real machine differ from its model, and correct the model");
   sub->add_option("SPEC", command->specs, "YAML spec of a diagnosis: model, signals, recordings, held_out")->required();
   sub->add_option("--out", command->out,
-                  "Folder for diagnosis.json, missing_torque.csv, fit.csv, model.yaml and report.html; default: "
+                  "Folder for diagnosis.json, missing_torque.csv, fit.csv, model.yaml, provenance.json and "
+                  "report.html; default: "
                   "results/diagnose/NAME")
       ->type_name("DIR");
+  add_set_option(*sub, command->assignments);
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
-  sub->add_flag("--quiet", command->quiet, "Print nothing but errors");
+  sub->add_flag("--plot", command->plot, "Draw measured position and missing torque over time");
+  add_loudness(*sub, command->loudness);
   sub->callback([command] {
-    end_at_once();
+    end_at_once("interrupted: diagnoses that were written are whole; run the same command again for the others\n");
+    const Loudness& loudness = command->loudness;
+    Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "diagnoses");
+    ordered_json list = ordered_json::array();
     for (const std::string& path : command->specs) {
-      const DiagnosisSpec spec = read_diagnosis_spec(path);
-      std::filesystem::path folder = command->out;
-      if (folder.empty()) folder = std::filesystem::path("results") / "diagnose" / slug(spec.name);
+      const DiagnosisSpec spec = read_diagnosis_spec(read_spec(path, command->assignments));
+      fs::path folder = command->out;
+      if (folder.empty()) folder = fs::path("results") / "diagnose" / slug(spec.name);
       if (!command->out.empty() && command->specs.size() > 1) folder /= slug(spec.name);
       const Diagnosis diagnosis = diagnose(spec);
       write_diagnosis(diagnosis, folder);
+      write_file(folder / "provenance.json",
+                 provenance(fs::path(path).filename().string(), to_json(spec)).dump(2) + "\n");
       if (!command->no_report) write_reports({folder});
-      if (!command->quiet) {
-        print(diagnosis.json);
-        std::cout << "  written to " << folder.string() << "\n";
-      }
+      progress(list.size() + 1, command->specs.size());
+      list.push_back({{"folder", folder.string()}, {"diagnosis", diagnosis.json}});
+      if (loudness.quiet || loudness.json) continue;
+      print(diagnosis.json);
+      if (command->plot) std::cout << plots_of(diagnosis.missing_torque);
+      std::cout << "  written to " << folder.string() << "\n";
     }
+    if (loudness.json) std::cout << ordered_json{{"diagnoses", list}}.dump(2) << "\n";
   });
 }
 

@@ -39,7 +39,13 @@ ordered_json family(const auto* variant) {
   ordered_json list = ordered_json::array();
   for_each_alternative(variant, [&](const auto& form) {
     using Form = std::decay_t<decltype(form)>;
-    list.push_back({{"name", Form::kName}, {"text", Form::kText}, {"parameters", parameters_of(form)}});
+    ordered_json member{{"name", Form::kName}, {"text", Form::kText}, {"parameters", parameters_of(form)}};
+    if constexpr (requires { Form::kEquation; }) {
+      std::string equation(Form::kEquation);
+      std::erase_if(equation, [](char c) { return c == '{' || c == '}'; });  // which mark its parameters
+      member["equation"] = equation;
+    }
+    list.push_back(std::move(member));
   });
   return list;
 }
@@ -52,14 +58,17 @@ ordered_json metrics() {
   return list;
 }
 
-ordered_json everything() {
-  return {{"plants", family(static_cast<const Plant*>(nullptr))},
-          {"controllers", family(static_cast<const Controller*>(nullptr))},
-          {"references", family(static_cast<const Reference*>(nullptr))},
-          {"kernels", family(static_cast<const decltype(Kernel::form)*>(nullptr))},
-          {"effects", family(static_cast<const EffectForm*>(nullptr))},
-          {"metrics", metrics()}};
-}
+struct Family {
+  const char* name;
+  ordered_json (*members)();
+};
+
+constexpr Family kFamilies[] = {{"plants", [] { return family(static_cast<const Plant*>(nullptr)); }},
+                                {"controllers", [] { return family(static_cast<const Controller*>(nullptr)); }},
+                                {"references", [] { return family(static_cast<const Reference*>(nullptr)); }},
+                                {"kernels", [] { return family(static_cast<const decltype(Kernel::form)*>(nullptr)); }},
+                                {"effects", [] { return family(static_cast<const EffectForm*>(nullptr)); }},
+                                {"metrics", metrics}};
 
 void print(const ordered_json& families) {
   for (const auto& [name, members] : families.items()) {
@@ -68,6 +77,7 @@ void print(const ordered_json& families) {
       const std::string unit = member.value("unit", "");
       std::cout << "  " << member["name"].get<std::string>() << (unit.empty() ? "" : " [" + unit + "]") << ": "
                 << member["text"].get<std::string>() << "\n";
+      if (member.contains("equation")) std::cout << "      " << member["equation"].get<std::string>() << "\n";
       for (const ordered_json& p : member.value("parameters", ordered_json::array())) {
         const std::string p_unit = p["unit"], fallback = p["default"];
         std::cout << "      " << p["name"].get<std::string>() << (p_unit.empty() ? "" : " [" + p_unit + "]") << ": "
@@ -90,16 +100,19 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
   };
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand("list", "List plants, controllers, references, kernels, effects and metrics");
-  sub->add_option("FAMILY", command->family, "Only this family")
-      ->check(CLI::IsMember({"plants", "controllers", "references", "kernels", "effects", "metrics"}));
-  sub->add_flag("--json", command->json, "Print one JSON object");
+  std::vector<std::string> families;
+  for (const Family& known : kFamilies) families.emplace_back(known.name);
+  sub->add_option("FAMILY", command->family, "Only this family")->check(one_of(families));
+  add_json_option(*sub, command->json);
   sub->callback([command] {
-    ordered_json families = everything();
-    if (!command->family.empty()) families = {{command->family, families[command->family]}};
+    ordered_json shown;
+    for (const Family& known : kFamilies) {
+      if (command->family.empty() || command->family == known.name) shown[known.name] = known.members();
+    }
     if (command->json) {
-      std::cout << families.dump(2) << "\n";
+      std::cout << shown.dump(2) << "\n";
     } else {
-      print(families);
+      print(shown);
     }
   });
 }

@@ -1,15 +1,18 @@
 #include <malloc.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <new>
 
 #include "commands.hpp"
 #include "io/provenance.hpp"
+#include "usage.hpp"
 
 namespace {
 
@@ -19,6 +22,14 @@ std::atomic<bool> stop_requested{false};
 extern "C" void handle_signal(int signal) {
   stop_requested = true;
   std::signal(signal, SIG_DFL);
+}
+
+const char* last_words = "";
+
+/// Says how to go on and ends the program; only what a signal handler may call.
+extern "C" void end_with_advice(int /*signal*/) {
+  const ssize_t ignored = ::write(STDERR_FILENO, last_words, std::strlen(last_words));
+  ::_exit(ignored < 0 ? 130 : static_cast<int>(bayesctrl::ExitCode::interrupted));
 }
 
 constexpr const char* kFooter = R"(Examples:
@@ -36,17 +47,10 @@ namespace bayesctrl {
 
 bool interrupted() { return stop_requested; }
 
-void end_at_once() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-}
-
-void add_set_option(CLI::App& command, std::vector<std::string>& assignments) {
-  command
-      .add_option("--set", assignments,
-                  "Override one setting of every SPEC: path=value, e.g. controllers.P1.gain=10; the value is YAML")
-      ->type_name("PATH=VALUE")
-      ->allow_extra_args(false);
+void end_at_once(const char* advice) {
+  last_words = advice;
+  std::signal(SIGINT, end_with_advice);
+  std::signal(SIGTERM, end_with_advice);
 }
 
 }  // namespace bayesctrl
@@ -68,20 +72,29 @@ int main(int argc, char** argv) {
   try {
     declare_run(app, exit);
     declare_validate(app, exit);
+    declare_show(app, exit);
+    declare_init(app, exit);
+    declare_schema(app, exit);
     declare_list(app, exit);
     declare_table(app, exit);
     declare_check(app, exit);
+    declare_diff(app, exit);
     declare_simulate(app, exit);
     declare_calibrate(app, exit);
     declare_diagnose(app, exit);
     declare_trial(app, exit);
     declare_report(app, exit);
+    declare_completion(app, exit);
+    declare_man(app, exit);
     app.parse(argc, argv);
     std::cout.flush();
     if (!std::cout) throw IoError("cannot write to standard output");
     return static_cast<int>(exit);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::usage);
+    const std::string advice = error.get_exit_code() == 0 ? "" : advice_on_words(app);
+    if (advice.empty()) return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::usage);
+    std::cerr << advice << "\nRun with --help for more information.\n";
+    return static_cast<int>(ExitCode::usage);
   } catch (const Error& error) {
     std::cerr << "error: " << error.what() << "\n";
     return static_cast<int>(error.code());

@@ -1,10 +1,14 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <set>
 
+#include "base/format.hpp"
 #include "commands.hpp"
 #include "experiment/check.hpp"
 #include "experiment/read.hpp"
@@ -12,8 +16,10 @@
 #include "experiment/write.hpp"
 #include "io/files.hpp"
 #include "io/text.hpp"
-#include "progress.hpp"
 #include "report/report.hpp"
+#include "terminal/plot.hpp"
+#include "terminal/progress.hpp"
+#include "terminal/terminal.hpp"
 
 namespace bayesctrl {
 
@@ -26,11 +32,11 @@ struct RunCommand {
   std::string out = "results";
   Overrides overrides;
   int jobs = 0;
-  std::string progress;
   std::string against;
   bool no_report = false;
-  bool quiet = false;
-  bool json = false;
+  bool plot = false;
+  bool resume = false;
+  Loudness loudness;
 };
 
 /// One study of the batch and where its results go.
@@ -68,6 +74,14 @@ struct Tally {
   std::size_t ok = 0;
   std::size_t failed = 0;
   std::map<fs::path, Table> tables;  // by spec folder
+  std::vector<std::string> plots;    // by study
+
+  void count(const Table& table) {
+    const Column& status = *table.find("status");
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      ++(status.at(row) == Cell(std::string(to_name(RunStatus::ok))) ? ok : failed);
+    }
+  }
 
   ExitCode exit() const {
     if (interrupted()) return ExitCode::interrupted;
@@ -94,8 +108,26 @@ Table compact(const Table& table) {
   return result;
 }
 
+/// Position and input of each joint over time, for each controller that ran.
+std::string plots_of(const StudyOutcome& outcome) {
+  const PlotStyle style{terminal_width(STDOUT_FILENO), 5, has_colour(STDOUT_FILENO)};
+  std::string text;
+  for (const Outcome& one : outcome.outcomes) {
+    if (one.result.steps.empty()) continue;
+    const Eigen::Index joints = one.result.steps.front().position.size();
+    std::vector<std::string> columns;
+    for (Eigen::Index i = 0; i < joints; ++i) {
+      columns.push_back(numbered("q", i, joints));
+      columns.push_back(numbered("u", i, joints));
+    }
+    text +=
+        outcome.study.name + ", " + one.controller + "\n" + plot_columns(trajectory_table(one.result), columns, style);
+  }
+  return text;
+}
+
 void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
-  if (command.json) {
+  if (command.loudness.json) {
     nlohmann::ordered_json object{{"ok", tally.ok}, {"failed", tally.failed}};
     object["studies"] = nlohmann::ordered_json::array();
     for (const auto& [folder, table] : tally.tables) {
@@ -104,7 +136,8 @@ void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
     std::cout << object.dump(2) << "\n";
     return;
   }
-  if (command.quiet) return;
+  if (command.loudness.quiet) return;
+  for (const std::string& plots : tally.plots) std::cout << plots;
   for (const auto& [folder, table] : tally.tables) {
     std::cout << to_text(compact(table), 5) << "results in " << folder.string() << "\n\n";
   }
@@ -112,7 +145,7 @@ void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
     std::cout << tally.failed << " of " << tally.ok + tally.failed << " runs failed; the column 'reason' says why\n";
   }
   if (interrupted()) {
-    std::cout << "interrupted: what was written is whole; run the same command again for the rest of "
+    std::cout << "interrupted: what was written is whole; the same command with --resume runs the rest of "
               << batch.studies.size() << " studies\n";
   }
 }
@@ -135,21 +168,35 @@ ExitCode run(const RunCommand& command) {
   std::optional<PublishedTable> published;
   if (!command.against.empty()) published = read_published(command.against);
   Tally tally;
-  Progress progress(Progress::choose(command.progress, command.quiet || command.json));
+  const Loudness& loudness = command.loudness;
+  Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "runs");
   std::vector<Table> tables(batch.studies.size());
   std::set<fs::path> written;  // spec folders
+  tally.plots.resize(batch.studies.size());
   RunOptions options;
   options.jobs = command.jobs;
   options.progress = [&](std::size_t done, std::size_t total) { progress(done, total); };
   options.stop = interrupted;
-  run_all(batch.studies, options, [&](std::size_t index, StudyOutcome&& outcome) {
-    tables[index] = summary_table(outcome);
-    bool any = false;
-    for (const Outcome& one : outcome.outcomes) {
-      const bool ok = one.result.status == RunStatus::ok;
-      ++(ok ? tally.ok : tally.failed);
-      any = any || ok || one.result.reason != "interrupted";
+  std::vector<Study> studies;
+  std::vector<std::size_t> places;  // of the studies in the batch
+  for (std::size_t i = 0; i < batch.studies.size(); ++i) {
+    if (command.resume) {
+      if (std::optional<Table> finished = finished_results(batch.studies[i], batch.jobs[i].folder)) {
+        tally.count(*finished);
+        tables[i] = *std::move(finished);
+        continue;
+      }
     }
+    studies.push_back(batch.studies[i]);
+    places.push_back(i);
+  }
+  run_all(studies, options, [&](std::size_t place, StudyOutcome&& outcome) {
+    const std::size_t index = places[place];
+    tables[index] = summary_table(outcome);
+    tally.count(tables[index]);
+    if (command.plot && !loudness.quiet && !loudness.json) tally.plots[index] = plots_of(outcome);
+    const bool any = std::any_of(outcome.outcomes.begin(), outcome.outcomes.end(),
+                                 [](const Outcome& one) { return one.result.reason != kInterrupted; });
     if (!any) return;
     write_results(outcome, batch.jobs[index].folder, batch.jobs[index].spec_name);
     written.insert(batch.jobs[index].spec_folder);
@@ -174,6 +221,7 @@ void declare_run(CLI::App& app, ExitCode& exit) {
   CLI::App* sub = app.add_subcommand("run", "Run the experiments of one or several specs and write their results");
   sub->add_option("SPEC", command->specs, "YAML spec of a study, e.g. configs/exp1.yaml")->required();
   sub->add_option("--out", command->out, "Folder of the results; each study gets a folder of its own in it")
+      ->type_name("DIR")
       ->capture_default_str();
   add_set_option(*sub, command->overrides.assignments);
   sub->add_option("--seed", command->overrides.seed, "Seed of all random numbers, instead of the spec's")
@@ -183,13 +231,13 @@ void declare_run(CLI::App& app, ExitCode& exit) {
   sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  sub->add_option("--progress", command->progress, "How progress is shown on standard error")
-      ->check(CLI::IsMember({"none", "bar", "text"}));
+  sub->add_flag("--resume", command->resume,
+                "Leave out studies whose results are there, with the same settings and by the same program");
+  sub->add_flag("--plot", command->plot, "Draw position and input of every controller over time");
   sub->add_option("--against", command->against,
                   "Published numbers to set beside the results in report.html, e.g. configs/paper_table2.yaml");
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
-  sub->add_flag("--quiet", command->quiet, "Print nothing but errors");
-  sub->add_flag("--json", command->json, "Print one JSON object on standard output and nothing else");
+  add_loudness(*sub, command->loudness);
   sub->footer(
       "Examples:\n"
       "  bayesctrl run configs/exp1.yaml configs/exp2.yaml --out results\n"

@@ -1,5 +1,7 @@
 #include "experiment/simulate.hpp"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -8,8 +10,30 @@
 #include "commands.hpp"
 #include "diagnose/simulate_model.hpp"
 #include "io/files.hpp"
+#include "terminal/plot.hpp"
+#include "terminal/terminal.hpp"
 
 namespace bayesctrl {
+
+namespace {
+
+/// The table to a file, or to standard output; plots of position and input go to standard error.
+void give(const Table& table, int digits, const std::string& out, bool plotted) {
+  const std::string csv = to_csv(table, digits);
+  if (out.empty()) {
+    std::cout << csv;
+  } else {
+    write_file(out, csv);
+  }
+  if (!plotted) return;
+  std::vector<std::string> columns;
+  for (const Column& column : table.columns) {
+    if (column.name.starts_with("q") || column.name.starts_with("u")) columns.push_back(column.name);
+  }
+  std::cerr << plot_columns(table, columns, {terminal_width(STDERR_FILENO), 5, has_colour(STDERR_FILENO)});
+}
+
+}  // namespace
 
 void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
   struct Command {
@@ -17,6 +41,7 @@ void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
     std::string input;
     std::string out;
     double horizon = 0.0;
+    bool plot = false;
     Overrides overrides;
   };
   auto command = std::make_shared<Command>();
@@ -26,34 +51,26 @@ void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
                   "YAML spec of a study (its model, initial_state and duration are used), or model.yaml of a diagnosis")
       ->required();
   sub->add_option("--input", command->input,
-                  "CSV with columns t and u (u1, u2, ...), each input held until the next row; default: no input");
+                  "CSV with columns t and u (u1, u2, ...), each input held until the next row; default: no input")
+      ->type_name("FILE");
   sub->add_option("--out", command->out, "CSV to write t, q, v, u to; default: standard output")->type_name("FILE");
   sub->add_option("--horizon", command->horizon,
                   "model.yaml: seconds of each free run, whose start is fitted; default: the diagnosis's horizon_s")
       ->check(CLI::PositiveNumber);
+  sub->add_flag("--plot", command->plot, "Draw position and input over time on standard error");
   add_set_option(*sub, command->overrides.assignments);
   sub->callback([command] {
     if (is_model_file(command->spec)) {
       if (command->input.empty()) throw CLI::RequiredError("--input (a recording with the columns of model.yaml)");
-      const ModelFile file = read_model_file(command->spec);
+      const ModelFile file = read_model_file(read_yaml(command->spec));
       const SimulatedModel run =
           simulate_model(file, command->input, command->horizon > 0.0 ? command->horizon : file.horizon);
-      const std::string csv = to_csv(run.table, 10);
-      if (command->out.empty()) {
-        std::cout << csv;
-      } else {
-        write_file(command->out, csv);
-      }
+      give(run.table, 10, command->out, command->plot);
       std::cerr << "measured less simulated: " << format(run.rms, 5) << " RMS\n";
       return;
     }
     const Study study = read_studies(command->spec, command->overrides).front();
-    const std::string csv = to_csv(simulate(study, command->input));
-    if (command->out.empty()) {
-      std::cout << csv;
-    } else {
-      write_file(command->out, csv);
-    }
+    give(simulate(study, command->input), 0, command->out, command->plot);
   });
 }
 

@@ -16,6 +16,7 @@ struct TableCommand {
   std::string against;
   std::string out;
   std::string format = "md";
+  bool json = false;
 };
 
 Table gather(const TableCommand& command) {
@@ -23,10 +24,19 @@ Table gather(const TableCommand& command) {
   return command.against.empty() ? table : compare(table, read_published(command.against));
 }
 
+constexpr int kDigits = 6;
+
 std::string render(const Table& table, const std::string& format) {
   if (format == "csv") return to_csv(table);
   if (format == "json") return to_json(table).dump(2) + "\n";
-  return to_markdown(table, 6);
+  return format == "text" ? to_text(table, kDigits) : to_markdown(table, kDigits);
+}
+
+/// PREFIX.csv, PREFIX.md and PREFIX.json.
+void write_table(const Table& table, const std::string& prefix) {
+  FileBatch batch;
+  for (const std::string format : {"csv", "md", "json"}) batch.add(prefix + "." + format, render(table, format));
+  batch.commit();
 }
 
 }  // namespace
@@ -35,22 +45,22 @@ void declare_table(CLI::App& app, ExitCode& /*exit*/) {
   auto command = std::make_shared<TableCommand>();
   CLI::App* sub = app.add_subcommand("table", "Gather the tables of result folders into one, for people or programs");
   sub->add_option("DIR", command->folders, "Result folders of `run`, or table.csv files")->required();
-  sub->add_option("--against", command->against, "Published numbers to set beside, e.g. configs/paper_table2.yaml");
+  sub->add_option("--against", command->against, "Published numbers to set beside, e.g. configs/paper_table2.yaml")
+      ->type_name("SPEC");
   sub->add_option("--out", command->out, "Write PREFIX.csv, PREFIX.md and PREFIX.json instead of printing")
       ->type_name("PREFIX");
   sub->add_option("--format", command->format, "What is printed")
-      ->check(CLI::IsMember({"md", "csv", "json"}))
+      ->check(one_of({"text", "md", "csv", "json"}))
       ->capture_default_str();
+  add_json_option(*sub, command->json);
   sub->callback([command] {
     const Table table = gather(*command);
-    if (command->out.empty()) {
+    if (!command->out.empty()) write_table(table, command->out);
+    if (command->json) {
+      std::cout << nlohmann::ordered_json{{"rows", to_json(table)}}.dump(2) << "\n";
+    } else if (command->out.empty()) {
       std::cout << render(table, command->format);
-      return;
     }
-    FileBatch batch;
-    for (const std::string format : {"csv", "md", "json"})
-      batch.add(command->out + "." + format, render(table, format));
-    batch.commit();
   });
 }
 
@@ -58,18 +68,24 @@ void declare_check(CLI::App& app, ExitCode& exit) {
   struct Command {
     std::vector<std::string> folders;
     std::string against;
+    std::string out;
     bool json = false;
   };
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand("check", "Compare results with published numbers; exit 1 if any cell is violated");
   sub->add_option("DIR", command->folders, "Result folders of `run`, or table.csv files")->required();
   sub->add_option("--against", command->against, "Published numbers with tolerances, e.g. configs/paper_table2.yaml")
+      ->type_name("SPEC")
       ->required();
-  sub->add_flag("--json", command->json, "Print one JSON object");
+  sub->add_option("--out", command->out,
+                  "Write the whole comparison to PREFIX.csv, PREFIX.md and PREFIX.json, whatever it says")
+      ->type_name("PREFIX");
+  add_json_option(*sub, command->json);
   sub->callback([command, &exit] {
     const PublishedTable published = read_published(command->against);
     const Table comparison = compare(gather_tables({command->folders.begin(), command->folders.end()}), published);
     const std::vector<std::string> violated = violations(comparison);
+    if (!command->out.empty()) write_table(comparison, command->out);
     if (command->json) {
       std::cout << nlohmann::ordered_json{{"name", published.name},
                                           {"cells", to_json(comparison)},

@@ -6,9 +6,12 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "io/emit.hpp"
 #include "io/files.hpp"
+#include "io/provenance.hpp"
 #include "io/read.hpp"
 #include "report/report.hpp"
+#include "terminal/progress.hpp"
 
 namespace bayesctrl {
 
@@ -19,6 +22,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     double scale = 1.0;
     int jobs = 0;
     bool no_report = false;
+    Loudness loudness;
     std::vector<std::string> assignments;
   };
   auto command = std::make_shared<Command>();
@@ -31,10 +35,9 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
   sub->add_option("-j,--jobs", command->jobs, "Processes at a time; default: one per core");
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   add_set_option(*sub, command->assignments);
+  add_loudness(*sub, command->loudness);
   sub->callback([command, &exit] {
-    Node node = read_yaml(command->spec);
-    for (const std::string& assignment : command->assignments) set_path(node, assignment);
-    TrialSpec spec = read<TrialSpec>(node);
+    TrialSpec spec = read<TrialSpec>(read_spec(command->spec, command->assignments));
     for (int* count : {&spec.per_effect, &spec.pairs, &spec.triples, &spec.outside, &spec.nothing}) {
       if (*count > 0) *count = std::max(1, static_cast<int>(*count * command->scale));
     }
@@ -43,18 +46,28 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     const int jobs =
         command->jobs > 0 ? command->jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     if (command->seeds.empty()) command->seeds.push_back(spec.seed);
+    const Loudness& loudness = command->loudness;
+    Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "cases");
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const std::uint64_t seed : command->seeds) {
       spec.seed = seed;
       const auto place = command->seeds.size() == 1 ? folder : folder / ("seed-" + std::to_string(seed));
       const TrialResult result = run_trial(
-          spec, place, "/proc/self/exe", jobs, [](const std::string& line) { std::cerr << line << "\n"; }, interrupted);
+          spec, place, "/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); }, interrupted);
       if (interrupted()) {
+        std::cerr << "interrupted: cases and diagnoses in " << place.string()
+                  << " are whole; the same command begins anew\n";
         exit = ExitCode::interrupted;
         return;
       }
       if (!command->no_report) write_reports({place});
+      write_file(place / "provenance.json",
+                 provenance(std::filesystem::path(command->spec).filename().string(), to_json(spec)).dump(2) + "\n");
+      list.push_back({{"folder", place.string()}, {"summary", result.summary}});
+      if (loudness.quiet || loudness.json) continue;
       std::cout << result.markdown << "\nwritten to " << place.string() << "\n";
     }
+    if (loudness.json) std::cout << nlohmann::ordered_json{{"trials", list}}.dump(2) << "\n";
   });
 }
 

@@ -11,6 +11,8 @@
 ///       field("length", self.length, {kPositive, "m", "pivot to centre of mass"});
 ///     }
 ///     std::string problem() const;   // optional: a constraint over several fields; empty when all is well
+///     static constexpr std::string_view kShort = "length";   // optional: a plain value alone stands for this field
+///     Location where;                // optional: set to where the value stands in the user's file
 ///   };
 ///
 /// Types of a field: double, int, bool, std::uint64_t, std::string, an enum with `names`, std::optional<T>,
@@ -105,6 +107,12 @@ inline constexpr bool is_named<Named<T>> = true;
 template <class T>
 concept HasFields = requires(T& t) {
   T::fields(t, detail::AnyVisitor{});
+};
+
+/// A type with `fields` of which a plain value alone may be given: `q` for {column: q}.
+template <class T>
+concept HasShort = HasFields<T> && requires {
+  T::kShort;
 };
 
 /// A type that wraps a variant as its member `form`, so that a family may contain itself (a sum of kernels).

@@ -117,7 +117,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   json["name"] = spec.name;
   json["fit"]["horizon_s"] = spec.horizon;
   const std::string unit = spec.signals.position.front().unit;
-  const bool slide = spec.plant && std::holds_alternative<Mass>(*spec.plant);
+  const bool slide = spec.model.plant && std::holds_alternative<Mass>(*spec.model.plant);
   json["fit"]["unit"] = !unit.empty() ? unit : slide ? "m" : "rad";
   const auto finish = [&] {
     json["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
@@ -135,7 +135,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
                                        [](const RecordingFile& file) { return !file.simulation.empty(); });
   if (simulations) {
     const ordered_json mismatch = compare_simulations(spec, all_data, first_noise.cwiseMax(1e-12));
-    if (!spec.plant) {
+    if (!spec.model.plant) {
       json["mismatch"] = mismatch;
       json["verdict"] = "unknown";
       json["reason"] = "no model: measured and simulated motion are compared, nothing is explained";
@@ -146,9 +146,9 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   }
 
   const int joints = spec.joints();
-  const Plant& nominal = *spec.plant;
+  const Plant& nominal = *spec.model.plant;
   const double fastest = std::max(kFastestMode, kBandwidth * mean_frequency(all_data, first_noise));
-  const ExplainOptions options{spec.effects, spec.free, kWindow * kFastestMode / fastest, fastest};
+  const ExplainOptions options{spec.effects, spec.model.free, kWindow * kFastestMode / fastest, fastest};
   const std::vector<Measured> data = decimated(all_data, kSamplesPerPeriod * fastest);
   Explanation explanation = explain(nominal, data, options);
   prefer_simple(explanation, data, options, spec.horizon);
@@ -162,7 +162,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
                                          about.response->windows(), options.fastest_mode);
   const FitProblem as_given{
       nominal, {}, data, response_as_given, *about.excitation, options.penalty, explanation.max_step};
-  const Fit given = spec.free.empty() ? empty : fit(as_given, {});
+  const Fit given = spec.model.free.empty() ? empty : fit(as_given, {});
   const double p_given = explanation.p_value(given), p_best = explanation.p_value(best);
 
   // Verdict.
@@ -172,7 +172,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const Corrected before{nominal, {}, {}}, refit{empty.plant, {}, {}};
   const Alike alike = find_alike(explanation, joints);
   const Discrepancy discrepancy(*explanation.measured, data);
-  const Cleared missing = without_free(*explanation.measured, explanation.start, data, spec.free);
+  const Cleared missing = without_free(*explanation.measured, explanation.start, data, spec.model.free);
   Verdict verdict = named_something ? Verdict::named : Verdict::nothing_missing;
   Fit said_fit = best;  // the model that is stated
   Remainder remainder;
@@ -195,7 +195,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   if (verdict == Verdict::named && alike.probability < kConfident) verdict = Verdict::ambiguous;
   const Corrected corrected{said_fit.plant, said_fit.effects, {}};
   const bool say_effects = !corrected.effects.empty();
-  const bool parameters_explain = verdict == Verdict::nothing_missing && p_given < kNothing && !spec.free.empty();
+  const bool parameters_explain = verdict == Verdict::nothing_missing && p_given < kNothing && !spec.model.free.empty();
   const bool detected = verdict != Verdict::nothing_missing || parameters_explain;
   json["verdict"] = to_name(verdict);
 
@@ -259,7 +259,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     const FreeRuns runs_before = free_runs(before, recordings, paths, spec.horizon, held_out, explanation.max_step);
     const FreeRuns runs_after = free_runs(after, recordings, paths, spec.horizon, held_out, explanation.max_step);
     fits["before"] = runs_before.rms;
-    fits["refit"] = spec.free.empty()
+    fits["refit"] = spec.model.free.empty()
                         ? runs_before.rms
                         : free_runs(refit, recordings, paths, spec.horizon, held_out, explanation.max_step).rms;
     fits["after"] = runs_after.rms;

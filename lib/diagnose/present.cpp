@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/format.hpp"
+#include "io/emit.hpp"
 #include "spec/model.hpp"
 
 namespace bayesctrl {
@@ -14,26 +15,6 @@ namespace {
 
 std::string sentence(const Effect& effect) {
   return std::visit([](const auto& form) { return std::string(form.kText); }, effect.form);
-}
-
-ordered_json signal_json(const Signal& signal) {
-  ordered_json object{{"column", signal.column}, {"scale", signal.scale}, {"offset", signal.offset}};
-  if (!signal.unit.empty()) object["unit"] = signal.unit;
-  if (signal.linear_hold) object["hold"] = "linear";
-  return object;
-}
-
-ordered_json signals_json(const Signals& signals) {
-  ordered_json object;
-  object["time"] = signals.time ? signal_json(*signals.time) : ordered_json{{"rate", signals.rate}};
-  const auto list = [](const std::vector<Signal>& all) {
-    ordered_json array = ordered_json::array();
-    for (const Signal& signal : all) array.push_back(signal_json(signal));
-    return array;
-  };
-  object["position"] = list(signals.position);
-  object["input"] = list(signals.input);
-  return object;
 }
 
 }  // namespace
@@ -137,7 +118,7 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
   plant["effects"] = effects;
   if (!model.remainder.empty()) plant["remainder"] = json_value(Model{model.plant, {}, model.remainder})["remainder"];
   object["model"] = plant;
-  object["signals"] = signals_json(spec.signals);
+  object["signals"] = to_json(spec.signals);
   object["horizon_s"] = spec.horizon;
   return object;
 }

@@ -71,11 +71,6 @@ std::size_t column_of(const DataTable& table, const Signal& signal, const std::s
                               "): " + suggestion(signal.column, names));
 }
 
-DataTable read_table(const std::filesystem::path& path) {
-  if (path.extension() == ".mat" || path.extension() == ".MAT") return read_mat(path);
-  return parse_data_csv(read_file(path, kMaxBytes), path.string());
-}
-
 std::string row_name(const DataTable& table, std::size_t row) {
   return table.lines.empty() ? " row " + std::to_string(row + 1) : "";
 }
@@ -206,18 +201,23 @@ DataTable read_mat(const std::filesystem::path& path) {
   return table;
 }
 
+DataTable read_data_table(const std::filesystem::path& path) {
+  if (path.extension() == ".mat" || path.extension() == ".MAT") return read_mat(path);
+  return parse_data_csv(read_file(path, kMaxBytes), path.string());
+}
+
 Measured read_recording(const RecordingFile& file, const Signals& signals) {
   const std::string path = file.file.string();
-  const DataTable table = read_table(file.file);
+  const DataTable table = read_data_table(file.file);
   Measured result;
   result.name = file.name;
   std::vector<std::vector<double>> position, input;
   const std::size_t rows = table.columns[column_of(table, signals.position.front(), path)].size();
   std::vector<double> time;
-  if (signals.time) {
-    time = values_of(table, *signals.time, path);
+  if (signals.time.column) {
+    time = values_of(table, *signals.time.column, path);
   } else {
-    for (std::size_t i = 0; i < rows; ++i) time.push_back(static_cast<double>(i) / signals.rate);
+    for (std::size_t i = 0; i < rows; ++i) time.push_back(static_cast<double>(i) / signals.time.rate);
   }
   std::vector<bool> wanted;
   for (const double t : time) wanted.push_back(!(file.from && t < *file.from) && !(file.to && t > *file.to));
@@ -227,7 +227,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     const std::size_t length = table.columns[column_of(table, signal, path)].size();
     if (length != rows) throw DataError({path}, "the signals differ in length");
     input.push_back(values_of(table, signal, path, wanted));
-    result.linear_hold |= signal.linear_hold;
+    result.linear_hold |= signal.hold == Hold::linear;
   }
   for (const auto* list : {&position, &input}) {
     for (const std::vector<double>& values : *list) {
@@ -271,14 +271,15 @@ Eigen::MatrixXd read_simulation(const RecordingFile& file, const Signals& signal
   other.from.reset();
   other.to.reset();
   const std::string path = other.file.string();
-  const DataTable table = read_table(other.file);
+  const DataTable table = read_data_table(other.file);
   std::vector<double> time;
   std::vector<std::vector<double>> position;
   for (const Signal& signal : signals.position) position.push_back(values_of(table, signal, path));
-  if (signals.time) {
-    time = values_of(table, *signals.time, path);
+  if (signals.time.column) {
+    time = values_of(table, *signals.time.column, path);
   } else {
-    for (std::size_t i = 0; i < position.front().size(); ++i) time.push_back(static_cast<double>(i) / signals.rate);
+    for (std::size_t i = 0; i < position.front().size(); ++i)
+      time.push_back(static_cast<double>(i) / signals.time.rate);
   }
   for (const std::vector<double>& q : position) {
     if (q.size() != time.size()) throw DataError({path}, "the signals differ in length");

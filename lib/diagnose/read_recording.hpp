@@ -17,6 +17,9 @@ struct DataTable {
 /// are NaN. Throws DataError for rows of another length, no header, no rows.
 DataTable parse_data_csv(std::string_view text, const std::string& file);
 
+/// A CSV, or by its ending a MATLAB file. Throws DataError, IoError.
+DataTable read_data_table(const std::filesystem::path& path);
+
 /// Vectors of a MATLAB file (versions 4, 5 and 7.3); a field of a struct is named "struct.field". Throws DataError.
 DataTable read_mat(const std::filesystem::path& path);
 

@@ -4,7 +4,6 @@
 #include "diagnose/free_runs.hpp"
 #include "diagnose/read_recording.hpp"
 #include "io/read.hpp"
-#include "spec/model.hpp"
 
 namespace bayesctrl {
 
@@ -23,16 +22,8 @@ bool is_model_file(const std::filesystem::path& path) {
   return root.find("signals") != nullptr && root.find("model") != nullptr && root.find("recordings") == nullptr;
 }
 
-ModelFile read_model_file(const std::filesystem::path& path) {
-  const Node root = read_yaml(path);
-  detail::require_map(root, "the model");
-  detail::require_known_keys(root, "the model", {"name", "model", "signals", "horizon_s"});
-  ModelFile file;
-  file.model = read<Model>(root.find("model")->value);
-  file.signals = read_signals(root.find("signals")->value);
-  if (const Node::Entry* horizon = root.find("horizon_s")) {
-    file.horizon = detail::to_double(horizon->value, "horizon_s", {kPositive, "s"});
-  }
+ModelFile read_model_file(const Node& root) {
+  auto file = read<ModelFile>(root);
   if (static_cast<int>(file.signals.position.size()) != joints(file.model.plant)) {
     throw SpecError(root.find("signals")->value.where, "signals and plant differ in their number of joints");
   }

@@ -114,9 +114,10 @@ struct Search {
   }
 };
 
-Search read_search(const std::filesystem::path& file) {
+Search read_search(const Node& root) {
+  const std::filesystem::path file = root.where.file;
   Search search;
-  search.spec = read<Calibration>(read_yaml(file));
+  search.spec = read<Calibration>(root);
   search.study = file.parent_path() / search.spec.study;
   for (const std::string& against : search.spec.against) {
     const PublishedTable table = read_published(file.parent_path() / against);
@@ -143,10 +144,12 @@ Search read_search(const std::filesystem::path& file) {
 
 }  // namespace
 
+Calibration read_calibration(const Node& spec) { return read_search(spec).spec; }
+
 std::vector<CalibrationResult> calibrate(const std::filesystem::path& spec, int jobs,
                                          const std::function<void(std::size_t done, std::size_t total)>& progress,
                                          const std::function<bool()>& stop) {
-  const Search search = read_search(spec);
+  const Search search = read_search(read_yaml(spec));
   const auto starts = static_cast<std::size_t>(search.spec.starts);
   std::vector<CalibrationResult> results(starts);
   std::atomic<std::size_t> next{0};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/fields.hpp"
+#include "io/node.hpp"
 #include "io/table.hpp"
 
 namespace bayesctrl {
@@ -63,6 +64,10 @@ struct CalibrationResult {
   double score = 0.0;
   Table comparison;  // every published cell of these controllers
 };
+
+/// A spec whose study, published tables and controllers go together. Files are relative to the file that it was read
+/// from. Throws SpecError or IoError.
+Calibration read_calibration(const Node& spec);
 
 /// The best candidate of each search, best first. Searches run on `jobs` threads; the result does not depend on it.
 std::vector<CalibrationResult> calibrate(const std::filesystem::path& spec, int jobs,

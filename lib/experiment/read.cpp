@@ -4,6 +4,7 @@
 
 #include "io/emit.hpp"
 #include "io/read.hpp"
+#include "io/schema.hpp"
 
 namespace bayesctrl {
 
@@ -81,23 +82,49 @@ Study read_point(Node spec, const std::vector<Axis>& axes, const std::vector<std
 
 }  // namespace
 
-std::vector<Study> read_studies(const std::filesystem::path& spec, const Overrides& overrides) {
-  Node root = read_yaml(spec);
-  for (const std::string& assignment : overrides.assignments) set_path(root, assignment);
+std::vector<Study> read_studies(const Node& spec) {
+  Node root = spec;
   const std::vector<Axis> axes = take_sweep(root);
 
   std::vector<Study> studies;
   std::vector<std::size_t> index(axes.size(), 0);
   while (true) {
-    Study study = read_point(root, axes, index);
-    if (overrides.seed) study.seed = *overrides.seed;
-    studies.push_back(std::move(study));
+    studies.push_back(read_point(root, axes, index));
 
     std::size_t a = axes.size();
     while (a > 0 && ++index[a - 1] == axes[a - 1].values.size()) index[--a] = 0;
     if (a == 0) break;
   }
   return studies;
+}
+
+std::vector<Study> read_studies(const std::filesystem::path& spec, const Overrides& overrides) {
+  Node root = read_yaml(spec);
+  for (const std::string& assignment : overrides.assignments) set_path(root, assignment);
+  std::vector<Study> studies = read_studies(root);
+  for (Study& study : studies) study.seed = overrides.seed.value_or(study.seed);
+  return studies;
+}
+
+std::string study_yaml(const Node& spec) {
+  std::string text = to_yaml(to_json(read_studies(spec).front()));  // the first point: the sweep sets it again
+  Node root = spec;
+  const std::vector<Axis> axes = take_sweep(root);
+  if (!axes.empty()) text += "sweep:\n";
+  for (const Axis& axis : axes) {
+    text += "  " + in_quotes(axis.path) + ": [";
+    for (const std::string& value : axis.values) text += (text.back() == '[' ? "" : ", ") + value;
+    text += "]\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json study_schema() {
+  nlohmann::ordered_json result = schema<Study>();
+  result["properties"]["sweep"] = {{"type", "object"},
+                                   {"additionalProperties", {{"type", "array"}, {"minItems", 1}}},
+                                   {"description", "values of settings by path: every combination is run"}};
+  return result;
 }
 
 }  // namespace bayesctrl

@@ -169,8 +169,8 @@ void run_all(const std::vector<Study>& studies, const RunOptions& options, const
       for (const std::size_t c : chain.controllers) {
         const auto& [name, controller] = studies[chain.study].controllers.items[c];
         const auto begin = Clock::now();
-        result.outcomes[c] =
-            options.stop && options.stop() ? failure(name, "interrupted") : run_controller(result, name, controller);
+        result.outcomes[c] = options.stop && options.stop() ? failure(name, std::string(kInterrupted))
+                                                            : run_controller(result, name, controller);
         end_controller(chain.study, std::chrono::duration<double>(Clock::now() - begin).count());
       }
       end_chain(chain.study);

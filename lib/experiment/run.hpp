@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "experiment/study.hpp"
@@ -27,11 +28,14 @@ struct StudyOutcome {
   const Outcome* find(std::string_view controller) const;
 };
 
+/// The reason of a run that was stopped before it began.
+inline constexpr std::string_view kInterrupted = "interrupted";
+
 /// How a batch is run and who hears of it. The callbacks may come from any thread, but one at a time.
 struct RunOptions {
   int jobs = 0;                                                       // threads; 0: all cores
   std::function<void(std::size_t done, std::size_t total)> progress;  // after each controller
-  std::function<bool()> stop;  // asked before each controller: what has not started by then fails, "interrupted"
+  std::function<bool()> stop;  // asked before each controller: what has not started by then fails, kInterrupted
 };
 
 /// Takes the results of one study, by its index, as soon as all its controllers are through.

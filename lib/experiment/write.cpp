@@ -25,11 +25,9 @@ ordered_json summary(const StudyOutcome& outcome) {
 }
 
 ordered_json provenance(const StudyOutcome& outcome, const std::string& spec_name) {
-  ordered_json object = build_provenance();
-  object["spec_file"] = spec_name;
+  ordered_json object = bayesctrl::provenance(spec_name, to_json(outcome.study));
   object["seed"] = outcome.study.seed;
   object["wall_seconds"] = outcome.wall_seconds;
-  object["spec"] = to_json(outcome.study);
   return object;
 }
 
@@ -56,6 +54,23 @@ void write_results(const StudyOutcome& outcome, const std::filesystem::path& fol
   batch.add(folder / "summary.json", to_text(summary(outcome)));
   batch.add(folder / "provenance.json", to_text(provenance(outcome, spec_name)));
   batch.commit();
+}
+
+std::optional<Table> finished_results(const Study& study, const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "provenance.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+  const ordered_json known = ordered_json::parse(read_file(file, kMostBytes), nullptr, false);
+  if (known.is_discarded()) throw DataError({file.string()}, "is not JSON");
+  if (known.value("revision", "") != program_revision() || known.value("spec", ordered_json()) != to_json(study)) {
+    return std::nullopt;
+  }
+  Table table = read_csv(folder / "table.csv");
+  const Column* reason = table.find("reason");
+  for (std::size_t row = 0; reason != nullptr && row < reason->size(); ++row) {
+    if (reason->at(row) == Cell(std::string(kInterrupted))) return std::nullopt;
+  }
+  return table;
 }
 
 Table gather_tables(const std::vector<std::filesystem::path>& folders) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,10 @@ std::filesystem::path result_folder(const std::filesystem::path& out, const Stud
 /// folder with trajectory.csv, data.csv and posterior.csv. All files appear together or not at all. Wall time stands in
 /// provenance.json alone. Throws IoError.
 void write_results(const StudyOutcome& outcome, const std::filesystem::path& folder, const std::string& spec_name);
+
+/// The table.csv of `folder` if it holds this study with all its settings, run to its end by this revision of the
+/// program. Throws DataError for files that are not whole.
+std::optional<Table> finished_results(const Study& study, const std::filesystem::path& folder);
 
 /// The table.csv of each folder (or file), one below the other. Throws IoError or DataError.
 Table gather_tables(const std::vector<std::filesystem::path>& folders);

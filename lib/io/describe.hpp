@@ -28,7 +28,8 @@ std::string joined(const std::vector<std::string_view>& words);
 template <class T>
 std::string range_text(const Info& info) {
   if constexpr (HasSchemaValue<T>) {
-    return schema_value(static_cast<const T*>(nullptr)).value("description", "");
+    Definitions ignored;
+    return schema_value(static_cast<const T*>(nullptr), ignored).value("description", "");
   } else if constexpr (std::same_as<T, double>) {
     return to_string(info.range);
   } else if constexpr (std::same_as<T, bool>) {
@@ -50,6 +51,8 @@ std::string range_text(const Info& info) {
     return "one of the types: " + joined(names_of(static_cast<const T*>(nullptr)));
   } else if constexpr (HasForm<T>) {
     return "one of the types: " + joined(names_of(static_cast<const decltype(T::form)*>(nullptr)));
+  } else if constexpr (HasShort<T>) {
+    return "a map, or its " + std::string(T::kShort) + " alone";
   } else {
     return "a map";
   }

@@ -10,7 +10,8 @@ namespace bayesctrl {
 std::string program_version();
 std::string program_revision();
 
-/// What a result depends on beside its spec: program, revision, compiler, flags and library versions.
-nlohmann::ordered_json build_provenance();
+/// What a result depends on: program, revision, compiler and library versions, then the spec's file name and the spec
+/// with every default.
+nlohmann::ordered_json provenance(const std::string& spec_file, const nlohmann::ordered_json& spec);
 
 }  // namespace bayesctrl

@@ -107,6 +107,14 @@ std::size_t to_alternative(const Node& node, std::string_view name, const Names&
   return to_word(type->value, "type", types);
 }
 
+Node as_map(const Node& node, std::string_view key) {
+  Node map;
+  map.kind = Node::Kind::map;
+  map.where = node.where;
+  map.entries.push_back({std::string(key), node.where, node});
+  return map;
+}
+
 void require_list(const Node& node, std::string_view name) {
   if (node.kind != Node::Kind::sequence) refuse(node, name, "a list");
 }

@@ -3,7 +3,7 @@
 /// The strict reader over the `fields` convention (base/fields.hpp): from a Node to a value, or a SpecError that says
 /// where, what, and what is allowed. A type that needs a notation of its own gives, in namespace bayesctrl and before
 /// its first use, `void read_value(const Node&, T&)`, `nlohmann::ordered_json json_value(const T&)` (io/emit.hpp) and
-/// `nlohmann::ordered_json schema_value(const T*)` (io/schema.hpp); these then take precedence.
+/// `nlohmann::ordered_json schema_value(const T*, detail::Definitions&)` (io/schema.hpp); these then take precedence.
 
 #include <concepts>
 #include <cstdint>
@@ -42,6 +42,9 @@ std::size_t to_word(const Node& node, std::string_view name, const Names& words)
 /// Index in `types` of the map's key `type`.
 std::size_t to_alternative(const Node& node, std::string_view name, const Names& types);
 
+/// {key: node}, at the node's place.
+Node as_map(const Node& node, std::string_view key);
+
 void require_list(const Node& node, std::string_view name);
 void require_map(const Node& node, std::string_view name);
 void require_known_keys(const Node& map, std::string_view owner, const Names& known);
@@ -71,6 +74,10 @@ void read_node(const Node& node, std::string_view name, const Info& info, T& val
 /// `known` are the keys beside the declared ones.
 template <HasFields T>
 void read_fields(const Node& node, std::string_view name, T& value, Names known = {}) {
+  if constexpr (requires { value.where = node.where; }) value.where = node.where;
+  if constexpr (HasShort<T>) {
+    if (node.kind == Node::Kind::scalar) return read_fields(as_map(node, T::kShort), name, value, known);
+  }
   require_map(node, name);
   const std::string_view owner = owner_name<T>(name);
   T::fields(value, [&](std::string_view key, auto&, const Info&) { known.push_back(key); });
@@ -102,7 +109,8 @@ void read_vector(const Node& node, std::string_view name, const Info& info, std:
     if (node.kind == Node::Kind::scalar) return value.push_back(to_double(node, name, info));
   }
   if constexpr (HasFields<T>) {  // the same process for every joint: a map is a list of one
-    if (node.kind == Node::Kind::map) return read_node(node, name, info, value.emplace_back());
+    const bool one = node.kind == Node::Kind::map || (HasShort<T> && node.kind == Node::Kind::scalar);
+    if (one) return read_node(node, name, info, value.emplace_back());
   }
   require_list(node, name);
   value.reserve(node.items.size());

@@ -11,24 +11,37 @@
 
 namespace bayesctrl {
 
-template <class T>
-concept HasSchemaValue = requires(const T* type) {
-  nlohmann::ordered_json(schema_value(type));
-};
-
 namespace detail {
 
-/// Families that may contain themselves are defined once, under `$defs`, and referred to.
+template <class T>
+inline constexpr char identity = 0;  // its address tells types apart
+
+/// What is referred to from several places, or contains itself, is defined once, under `$defs`.
 struct Definitions {
   std::vector<std::pair<const void*, std::string>> names;  // identity of the type, its name under `$defs`
   nlohmann::ordered_json schemas = nlohmann::ordered_json::object();
 
   /// Name of the type's definition; `fresh` tells that it is yet to be written.
   std::string name_of(const void* type, std::string_view wanted, bool& fresh);
+
+  /// A reference to the definition of T, made by `make()` when it is asked for first.
+  template <class T>
+  nlohmann::ordered_json once(std::string_view wanted, auto&& make) {
+    bool fresh = false;
+    const std::string name = name_of(&identity<T>, wanted, fresh);
+    if (fresh) schemas[name] = make();
+    return {{"$ref", "#/$defs/" + name}};
+  }
 };
 
+}  // namespace detail
+
 template <class T>
-inline constexpr char identity = 0;  // its address tells types apart
+concept HasSchemaValue = requires(const T* type, detail::Definitions& definitions) {
+  nlohmann::ordered_json(schema_value(type, definitions));
+};
+
+namespace detail {
 
 nlohmann::ordered_json number_schema(const Range& range, bool whole);
 nlohmann::ordered_json choice_of(const char* keyword, std::vector<nlohmann::ordered_json> choices);
@@ -66,6 +79,15 @@ nlohmann::ordered_json object_schema(Definitions& definitions, std::string_view 
   return schema;
 }
 
+/// Either all fields, or a plain value for the one that may stand alone.
+template <HasShort T>
+nlohmann::ordered_json short_schema(Definitions& definitions) {
+  const nlohmann::ordered_json whole = object_schema<T>(definitions);
+  nlohmann::ordered_json alone = whole["properties"][std::string(T::kShort)];
+  alone.erase("description");
+  return choice_of("anyOf", std::vector<nlohmann::ordered_json>{alone, whole});
+}
+
 template <class... T>
 nlohmann::ordered_json variant_schema(const std::variant<T...>*, Definitions& definitions) {
   return choice_of("oneOf", std::vector<nlohmann::ordered_json>{object_schema<T>(definitions, T::kName)...});
@@ -75,20 +97,15 @@ template <HasForm T>
 nlohmann::ordered_json form_schema(std::string_view key, Definitions& definitions) {
   std::string_view wanted = key;
   if constexpr (requires { T::kName; }) wanted = T::kName;
-  bool fresh = false;
-  const std::string name = definitions.name_of(&identity<T>, wanted, fresh);
-  if (fresh) {
-    nlohmann::ordered_json schema = variant_schema(static_cast<const decltype(T::form)*>(nullptr), definitions);
-    definitions.schemas[name] = std::move(schema);
-  }
-  return {{"$ref", "#/$defs/" + name}};
+  return definitions.once<T>(
+      wanted, [&] { return variant_schema(static_cast<const decltype(T::form)*>(nullptr), definitions); });
 }
 
 template <class T>
 nlohmann::ordered_json schema_of(std::string_view key, const Info& info, Definitions& definitions) {
   using nlohmann::ordered_json;
   if constexpr (HasSchemaValue<T>) {
-    return schema_value(static_cast<const T*>(nullptr));
+    return schema_value(static_cast<const T*>(nullptr), definitions);
   } else if constexpr (std::same_as<T, double>) {
     return number_schema(info.range, false);
   } else if constexpr (std::same_as<T, bool>) {
@@ -116,6 +133,8 @@ nlohmann::ordered_json schema_of(std::string_view key, const Info& info, Definit
     return variant_schema(static_cast<const T*>(nullptr), definitions);
   } else if constexpr (HasForm<T>) {
     return form_schema<T>(key, definitions);
+  } else if constexpr (HasShort<T>) {
+    return short_schema<T>(definitions);
   } else {
     static_assert(HasFields<T>, "a type of a field: see base/fields.hpp");
     return object_schema<T>(definitions);

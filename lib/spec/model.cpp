@@ -61,85 +61,89 @@ Effect read_effect(const Node& node, int joint_count) {
   return effect;
 }
 
-Remainder read_remainder(const Node& node, int joint_count) {
-  detail::require_map(node, "remainder");
-  detail::require_known_keys(node, "remainder", {"regions", "terms"});
-  Remainder remainder;
-  const auto number = [](const Node& map, const char* key) {
-    const Node::Entry* entry = map.find(key);
-    return entry == nullptr ? 0.0 : detail::to_double(entry->value, key, {});
-  };
-  if (const Node::Entry* regions = node.find("regions")) {
-    detail::require_list(regions->value, "regions");
-    for (const Node& item : regions->value.items) {
-      detail::require_map(item, "regions");
-      remainder.regions.push_back({number(item, "lowest"), number(item, "highest"), number(item, "speed"),
-                                   number(item, "input"),
-                                   item.find("torque") == nullptr ? 1e300 : number(item, "torque")});
-    }
+/// What a remainder is in specs; joints count from 1.
+struct RegionNotation : Remainder::Region {
+  static void fields(auto& self, auto&& field) {
+    field("lowest", self.lowest, {kAny, "rad or m", "position"});
+    field("highest", self.highest, {kAny, "rad or m", "position"});
+    field("speed", self.speed, {kAny, "rad/s or m/s", "largest that was seen"});
+    field("input", self.input, {kAny, "unit of u", "largest that was seen"});
+    field("torque", self.torque, {kAny, "N m or N", "largest that is given"});
   }
-  if (const Node::Entry* terms = node.find("terms")) {
-    detail::require_list(terms->value, "terms");
-    for (const Node& item : terms->value.items) {
-      detail::require_map(item, "terms");
-      const Node::Entry* kind = item.find("kind");
-      if (kind == nullptr) detail::refuse_missing(item, "terms", "kind", {});
-      Term term;
-      const auto& words = names(TermKind{});
-      term.kind =
-          static_cast<TermKind>(detail::to_word(kind->value, "kind", detail::Names(words.begin(), words.end())));
-      if (const Node::Entry* joint = item.find("joint")) {
-        term.joint = detail::to_int(joint->value, "joint", {between(1, joint_count)}) - 1;
-      }
-      term.a = number(item, "a");
-      term.b = number(item, "b");
-      term.c = number(item, "c");
-      term.d = number(item, "d");
-      term.weight = number(item, "weight");
-      remainder.terms.push_back(term);
+};
+
+struct TermNotation : Term {
+  static void fields(auto& self, auto&& field) {
+    field("kind", self.kind, {.text = "form of the term", .required = true});
+    field("joint", self.joint, {between(1, kMaxJoints), "", "counted from 1"});
+    field("a", self.a, {.text = "first number of the form"});
+    field("b", self.b, {.text = "second number of the form"});
+    field("c", self.c, {.text = "third number of the form"});
+    field("d", self.d, {.text = "fourth number of the form"});
+    field("weight", self.weight, {kAny, "N m or N", ""});
+  }
+};
+
+struct RemainderNotation {
+  static constexpr std::string_view kName = "remainder";
+  std::vector<RegionNotation> regions;
+  std::vector<TermNotation> terms;
+
+  static void fields(auto& self, auto&& field) {
+    field("regions", self.regions, {.text = "of each joint, what the recordings have shown"});
+    field("terms", self.terms, {.text = "whose sum is the torque"});
+  }
+};
+
+Remainder read_remainder(const Node& node, int joint_count) {
+  RemainderNotation notation;
+  detail::read_node(node, "remainder", Info{}, notation);
+  Remainder remainder{{notation.terms.begin(), notation.terms.end()},
+                      {notation.regions.begin(), notation.regions.end()}};
+  for (Term& term : remainder.terms) {
+    if (term.joint > joint_count) {
+      throw SpecError(node.where, "remainder has a term in joint " + std::to_string(term.joint) + " of " +
+                                      std::to_string(joint_count));
     }
+    term.joint -= 1;
   }
   return remainder;
 }
 
 nlohmann::ordered_json remainder_json(const Remainder& remainder) {
-  nlohmann::ordered_json regions = nlohmann::ordered_json::array(), terms = regions;
-  for (const Remainder::Region& r : remainder.regions) {
-    regions.push_back(
-        {{"lowest", r.lowest}, {"highest", r.highest}, {"speed", r.speed}, {"input", r.input}, {"torque", r.torque}});
-  }
+  RemainderNotation notation;
+  for (const Remainder::Region& region : remainder.regions) notation.regions.push_back({region});
   for (const Term& term : remainder.terms) {
-    terms.push_back({{"kind", to_name(term.kind)},
-                     {"joint", term.joint + 1},
-                     {"a", term.a},
-                     {"b", term.b},
-                     {"c", term.c},
-                     {"d", term.d},
-                     {"weight", term.weight}});
+    notation.terms.push_back({term});
+    notation.terms.back().joint += 1;
   }
-  return {{"regions", regions}, {"terms", terms}};
+  return to_json(notation);
 }
 
-nlohmann::ordered_json effects_schema() {
-  nlohmann::ordered_json names = nlohmann::ordered_json::array();
-  for (const std::string_view name : names_of(static_cast<const EffectForm*>(nullptr))) names.push_back(name);
-  return {{"type", "array"},
-          {"items", {{"type", "object"}, {"properties", {{"type", {{"enum", names}}}}}, {"required", {"type"}}}}};
+nlohmann::ordered_json effect_schema(detail::Definitions& definitions) {
+  std::vector<nlohmann::ordered_json> effects;
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+    nlohmann::ordered_json effect = detail::object_schema<E>(definitions, E::kName);
+    effect["properties"]["joint"] = detail::number_schema(between(1, kMaxJoints), true);
+    effect["properties"]["sd"] = {{"type", "object"}, {"description", "standard deviations, for people"}};
+    effects.push_back(std::move(effect));
+  });
+  return detail::choice_of("oneOf", std::move(effects));
 }
 
-nlohmann::ordered_json custom_schema() {
+/// Of a custom machine: parameters of any name, and its expressions.
+void add_parameters(const Custom&, nlohmann::ordered_json& choice, detail::Definitions&) {
   const nlohmann::ordered_json text{{"type", {"string", "number"}}};
   const nlohmann::ordered_json texts{{"anyOf", {text, {{"type", "array"}, {"items", text}, {"minItems", 1}}}}};
-  nlohmann::ordered_json choice = detail::empty_object_schema();
-  choice["description"] = Custom::kText;
-  choice["properties"]["plant"] = {{"const", Custom::kName}};
   choice["properties"]["parameters"] = {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}};
   choice["properties"]["acceleration"] = texts;
   choice["properties"]["inertia"] = texts;
-  choice["properties"]["effects"] = effects_schema();
-  choice["properties"]["remainder"] = {{"type", "object"}};
-  choice["required"] = {"plant", "acceleration"};
-  return choice;
+  choice["required"].push_back("acceleration");
+}
+
+template <HasFields P>
+void add_parameters(const P&, nlohmann::ordered_json& choice, detail::Definitions& definitions) {
+  choice["properties"]["parameters"] = detail::object_schema<P>(definitions);
 }
 
 }  // namespace
@@ -215,30 +219,34 @@ nlohmann::ordered_json json_value(const Model& model) {
   return object;
 }
 
-nlohmann::ordered_json schema_value(const Model*) {
-  nlohmann::ordered_json choices = nlohmann::ordered_json::array();
-  detail::Definitions definitions;
-  for_each_alternative(static_cast<const Plant*>(nullptr), [&](const auto& form) {
-    using Form = std::decay_t<decltype(form)>;
-    if constexpr (!HasFields<Form>) {
-      choices.push_back(custom_schema());
-    } else {
-      nlohmann::ordered_json choice = detail::empty_object_schema();
-      choice["description"] = Form::kText;
-      choice["properties"]["plant"] = {{"const", Form::kName}};
-      choice["properties"]["parameters"] = detail::object_schema<Form>(definitions);
-      choice["properties"]["effects"] = effects_schema();
-      choice["properties"]["remainder"] = {{"type", "object"}};
-      choice["required"] = {"plant"};
-      choices.push_back(std::move(choice));
-    }
+nlohmann::ordered_json schema_value(const Model*, detail::Definitions& definitions) {
+  return definitions.once<Model>(Model::kName, [&] { return model_schema(definitions); });
+}
+
+nlohmann::ordered_json model_schema(detail::Definitions& definitions) {
+  const nlohmann::ordered_json effect =
+      definitions.once<EffectForm>("effect", [&] { return effect_schema(definitions); });
+  const nlohmann::ordered_json remainder = definitions.once<RemainderNotation>(
+      "remainder", [&] { return detail::object_schema<RemainderNotation>(definitions); });
+  std::vector<nlohmann::ordered_json> choices;
+  for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class P>(const P& plant) {
+    nlohmann::ordered_json choice = detail::empty_object_schema();
+    choice["description"] = P::kText;
+    choice["properties"]["plant"] = {{"const", P::kName}};
+    choice["required"] = {"plant"};
+    add_parameters(plant, choice, definitions);
+    choice["properties"]["effects"] = {{"type", "array"}, {"items", effect}};
+    choice["properties"]["remainder"] = remainder;
+    choices.push_back(std::move(choice));
   });
   nlohmann::ordered_json file = detail::empty_object_schema();
   file["description"] = "a model that bayesctrl diagnose has written";
   file["properties"]["file"] = {{"type", "string"}};
   file["required"] = {"file"};
   choices.push_back(std::move(file));
-  return {{"description", "a plant and its parameters"}, {"oneOf", choices}};
+  nlohmann::ordered_json schema = detail::choice_of("oneOf", std::move(choices));
+  schema["description"] = "a plant and its parameters";
+  return schema;
 }
 
 }  // namespace bayesctrl

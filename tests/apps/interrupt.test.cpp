@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -73,22 +74,66 @@ TEST_CASE("Ctrl-C in the middle of a sweep ends with exit 130 and leaves whole f
   CHECK(read_csv(out / "table.csv").rows() == 4 * kPoints);  // a row for every run, with its reason
 }
 
-TEST_CASE("A sweep that was interrupted gives the same as another when it is run again", "[apps]") {
+TEST_CASE("A sweep that was interrupted gives the same as another when it is resumed or run again", "[apps]") {
   const Folder folder;
   const fs::path spec = folder.path() / "sweep.yaml";
   std::string text = long_sweep();
   text.replace(text.find("duration: 50\n"), 13, "duration: 1\n");
   text.replace(text.find(", 9"), std::string::npos, "]}\n");  // eight points
   write_file(spec, text);
-  const auto run = [&](const fs::path& out) {
-    CHECK(bayesctrl_with({"run", spec, "--out", out, "--quiet"}).status == 0);
+  const auto run = [&](const fs::path& out, const std::vector<std::string>& options = {}) {
+    std::vector<std::string> arguments{"run", spec, "--out", out, "--quiet"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    CHECK(bayesctrl_with(arguments).status == 0);
     auto files = files_below(out);
     std::erase_if(files, [](const auto& file) { return file.first.ends_with("provenance.json"); });
     return files;
   };
+  const fs::path first = folder.path() / "out" / "slide" / "0001" / "table.csv";
   Command command({BAYESCTRL_BINARY, "run", spec, "--out", folder.path() / "out", "--jobs", "1", "--quiet"});
-  REQUIRE(appears(folder.path() / "out" / "slide" / "0001" / "table.csv"));
+  REQUIRE(appears(first));
   command.interrupt();
   command.wait();
-  CHECK(run(folder.path() / "out") == run(folder.path() / "fresh"));
+  const auto written = fs::last_write_time(first);
+  const auto fresh = run(folder.path() / "fresh");
+  CHECK(run(folder.path() / "out", {"--resume"}) == fresh);
+  CHECK(fs::last_write_time(first) == written);  // not run again
+  CHECK(run(folder.path() / "out") == fresh);
+  CHECK(fs::last_write_time(first) != written);
+}
+
+TEST_CASE("run --resume runs again what has other settings", "[apps]") {
+  const Folder folder;
+  const fs::path spec = folder.path() / "slide.yaml", out = folder.path() / "out";
+  write_file(spec, slide_text());
+  const auto table = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"run", spec, "--out", out, "--resume"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const CommandResult result = bayesctrl_with(arguments);
+    CHECK(result.status == 0);
+    CHECK_THAT(result.out, Catch::Contains("oracle"));  // shown, run or not
+    return read_file(out / "slide" / "table.csv", 100'000);
+  };
+  const std::string first = table({});
+  CHECK(table({}) == first);
+  CHECK(table({"--set", "controllers.P1.gain=2"}) != first);
+}
+
+TEST_CASE("Ctrl-C ends a diagnosis at once, with exit 130 and a word on how to go on", "[apps]") {
+  const Folder folder;
+  std::string csv = "t,q,u\n";
+  for (int k = 0; k < 6000; ++k) {
+    csv += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.02 * k) + 0.01 * (k % 7)) + "," +
+           std::to_string(k % 11) + "\n";
+  }
+  write_file(folder.path() / "a.csv", csv);
+  write_file(folder.path() / "spec.yaml",
+             "name: x\nmodel: {plant: pendulum}\nsignals: {time: t, position: q, input: u}\nrecordings: [a.csv]\n");
+  Command command({BAYESCTRL_BINARY, "diagnose", folder.path() / "spec.yaml", "--out", folder.path() / "out"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  command.interrupt();
+  const CommandResult result = command.wait();
+  CHECK(result.status == 130);
+  CHECK_THAT(result.err, Catch::StartsWith("interrupted: ") && Catch::Contains("run the same command again"));
+  CHECK_FALSE(fs::exists(folder.path() / "out"));
 }

@@ -34,7 +34,7 @@ TEST_CASE("simulate takes its own output as the input of another run", "[apps]")
   CHECK(bayesctrl_with({"simulate", spec, "--input", input}).out == first.out);
 }
 
-TEST_CASE("calibrate prints the best settings and what they give, as text or as one JSON list", "[apps]") {
+TEST_CASE("calibrate prints the best settings and what they give, as text or as one JSON object", "[apps]") {
   const Folder folder;
   write_file(folder.path() / "slide.yaml", slide_text());
   std::ostringstream published;
@@ -51,7 +51,7 @@ TEST_CASE("calibrate prints the best settings and what they give, as text or as 
   CHECK(text.status == 0);
   CHECK(text.err.empty());
   CHECK_THAT(text.out, Catch::StartsWith("score ") && Catch::Contains("  controllers.P1.gain=3\n"));
-  const auto list = nlohmann::json::parse(bayesctrl_with({"calibrate", search, "--json"}).out);
+  const auto list = nlohmann::json::parse(bayesctrl_with({"calibrate", search, "--json"}).out)["candidates"];
   REQUIRE(list.size() == 2);
   CHECK(list[0]["settings"] == std::vector<std::string>{"controllers.P1.gain=3"});
   CHECK(list[0]["cells"][0]["ok"] == "yes");

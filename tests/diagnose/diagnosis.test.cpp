@@ -95,7 +95,8 @@ TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[
     const Diagnosis diagnosis = diagnose(read_diagnosis_spec(folder / name / "spec.yaml"));
     write_diagnosis(diagnosis, out);
     CHECK(is_model_file(out / "model.yaml"));
-    const SimulatedModel run = simulate_model(read_model_file(out / "model.yaml"), folder / name / "test1.csv", 1.0);
+    const SimulatedModel run =
+        simulate_model(read_model_file(read_yaml(out / "model.yaml")), folder / name / "test1.csv", 1.0);
     CHECK(run.rms == Approx(diagnosis.json["fit"]["held_out"]["after"].get<double>()).epsilon(0.01));
   }
   fs::remove_all(out);

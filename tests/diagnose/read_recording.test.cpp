@@ -48,9 +48,9 @@ RecordingFile between_times(double from, std::optional<double> to = {}) {
 /// Columns t, q and u.
 Signals example_signals() {
   Signals signals;
-  signals.time = column("t");
+  signals.time.column = column("t");
   signals.position = {column("q")};
-  signals.input = {column("u", {"spec.yaml", 7, 10})};
+  signals.input = {InputSignal{column("u", {"spec.yaml", 7, 10})}};
   return signals;
 }
 
@@ -167,14 +167,14 @@ TEST_CASE("A recording has its signals in SI units, with time from its first sam
     CHECK(found.position(k, 0) == 0.5 * k + 3.0);
     CHECK(found.input(k, 0) == 2.0 * k);
   }
-  signals.input[0].linear_hold = true;
+  signals.input[0].hold = Hold::linear;
   CHECK(read_text(example_csv(20), signals).linear_hold);
 }
 
 TEST_CASE("Columns may stand in any order and serve several joints", "[diagnose]") {
   Signals signals = example_signals();
   signals.position = {column("u"), column("q")};
-  signals.input = {column("q"), column("u")};
+  signals.input = {InputSignal{column("q")}, InputSignal{column("u")}};
   const Measured found = read_text(example_csv(10), signals);
   CHECK(found.position == found.input.rowwise().reverse());
   CHECK(found.position(3, 0) == -3.0);
@@ -182,8 +182,8 @@ TEST_CASE("Columns may stand in any order and serve several joints", "[diagnose]
 
 TEST_CASE("Without a column of time the samples come at the stated rate", "[diagnose]") {
   Signals signals = example_signals();
-  signals.time.reset();
-  signals.rate = 250.0;
+  signals.time.column.reset();
+  signals.time.rate = 250.0;
   const Measured found = read_text(example_csv(20), signals, between_times(0.02));
   REQUIRE(found.samples() == 15);
   CHECK(found.start == 0.02);
@@ -336,8 +336,8 @@ TEST_CASE("Fields of a struct and columns of a matrix in a MATLAB file have name
   CHECK_THAT(error_of<DataError>([&] { read_recording(file_at(path), signals); }), Catch::Contains("'s.q'"));
   signals.position[0].column = "s.q";
   signals.input[0].column = "m(1)";
-  signals.time.reset();
-  signals.rate = 10.0;
+  signals.time.column.reset();
+  signals.time.rate = 10.0;
   CHECK_THAT(error_of<DataError>([&] { read_recording(file_at(path), signals); }),
              Catch::Contains("the signals differ in length"));
 }

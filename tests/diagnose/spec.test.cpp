@@ -60,18 +60,17 @@ TEST_CASE("A spec of a diagnosis has what the file says", "[diagnose]") {
   const Folder folder;
   const DiagnosisSpec spec = read_text(kSpec, folder);
   CHECK(spec.name == "pendulum");
-  REQUIRE(spec.plant.has_value());
-  CHECK(*spec.plant == Plant(Pendulum{.length = 0.5, .mass = 2.0}));
-  CHECK(spec.free == std::vector<std::string>{"friction", "mass"});
+  REQUIRE(spec.model.plant.has_value());
+  CHECK(*spec.model.plant == Plant(Pendulum{.length = 0.5, .mass = 2.0}));
+  CHECK(spec.model.free == std::vector<std::string>{"friction", "mass"});
   CHECK(spec.joints() == 1);
-  CHECK(spec.signals.time->column == "t");
+  CHECK(spec.signals.time.column->column == "t");
   CHECK(spec.signals.position[0].column == "q");
   CHECK(spec.signals.position[0].scale == 0.001);
   CHECK(spec.signals.position[0].offset == 0.1);
   CHECK(spec.signals.position[0].unit == "mrad");
-  CHECK_FALSE(spec.signals.position[0].linear_hold);
   CHECK(spec.signals.input[0].column == "u");
-  CHECK(spec.signals.input[0].linear_hold);
+  CHECK(spec.signals.input[0].hold == Hold::linear);
   CHECK(spec.signals.input[0].where.line == 9);
   REQUIRE(spec.recordings.size() == 2);
   CHECK(spec.recordings[0].name == "a.csv");
@@ -106,11 +105,11 @@ model: {plant: mass}
 signals: {time: {rate: 250}, position: [q], input: [u]}
 recordings: a.csv
 )");
-  CHECK(spec.free.empty());
+  CHECK(spec.model.free.empty());
   CHECK(spec.held_out.empty());
   CHECK(spec.horizon == 1.0);
-  CHECK_FALSE(spec.signals.time.has_value());
-  CHECK(spec.signals.rate == 250.0);
+  CHECK_FALSE(spec.signals.time.column.has_value());
+  CHECK(spec.signals.time.rate == 250.0);
   REQUIRE(spec.effects.size() == std::variant_size_v<EffectForm>);
   for (std::size_t i = 0; i < spec.effects.size(); ++i) CHECK(spec.effects[i] == i);
 }
@@ -122,7 +121,7 @@ recordings: [{file: a.csv, simulation: sim/a.csv}]
 )";
   const Folder folder;
   const DiagnosisSpec spec = read_text(text, folder);
-  CHECK_FALSE(spec.plant.has_value());
+  CHECK_FALSE(spec.model.plant.has_value());
   CHECK(spec.recordings[0].simulation == folder.path() / "sim" / "a.csv");
   CHECK_THAT(error_of([&] { read_text(replaced(text, ", simulation: sim/a.csv", "")); }),
              Catch::Contains("spec.yaml:1:1: the spec needs 'model': or a simulation beside every recording"));
@@ -135,8 +134,8 @@ model: {plant: custom, parameters: {k: 1, r: 2}, acceleration: u - k*q - r*v, fr
 signals: {time: t, position: q, input: u}
 recordings: a.csv
 )");
-  CHECK(std::holds_alternative<Custom>(*spec.plant));
-  CHECK(spec.free == std::vector<std::string>{"r"});
+  CHECK(std::holds_alternative<Custom>(*spec.model.plant));
+  CHECK(spec.model.free == std::vector<std::string>{"r"});
 }
 
 TEST_CASE("A key that a spec of a diagnosis does not have, or lacks, is shown at its place", "[diagnose]") {

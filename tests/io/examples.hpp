@@ -93,7 +93,7 @@ inline void read_value(const Node& node, Duration& value) {
   value.seconds = std::stoi(node.text);
 }
 inline nlohmann::ordered_json json_value(const Duration& value) { return std::to_string(value.seconds) + " s"; }
-inline nlohmann::ordered_json schema_value(const Duration*) {
+inline nlohmann::ordered_json schema_value(const Duration*, detail::Definitions&) {
   return {{"type", "string"}, {"description", "a time such as 3 s"}};
 }
 

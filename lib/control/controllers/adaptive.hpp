@@ -15,6 +15,7 @@ struct Adaptive {
   static constexpr std::string_view kName = "adaptive";
   static constexpr std::string_view kText =
       "the paper's SP: feedback linearisation with posterior means, learned online";
+  static constexpr std::string_view kEquation = "u = (E b(x))^-1 (u' - E a(x)), u' of the inner law";
   static constexpr bool kContinuous = false;
   static constexpr Knowledge kKnowledge = Knowledge::belief;
   std::string trained_from;

@@ -8,7 +8,8 @@ namespace bayesctrl {
 /// Feedback linearisation with the true a and b: the limit that any learner can reach.
 struct Oracle {
   static constexpr std::string_view kName = "oracle";
-  static constexpr std::string_view kText = "feedback linearisation with the true a and b: the limit of any learner";
+  static constexpr std::string_view kText = "the limit of any learner: feedback linearisation with the true a and b";
+  static constexpr std::string_view kEquation = "u = b(x)^-1 (u' - a(x)), u' of the inner law";
   static constexpr bool kContinuous = false;
   static constexpr Knowledge kKnowledge = Knowledge::truth;
 

@@ -1,0 +1,76 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "inspect/difference.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int kDigits = 6;
+
+/// One table for programs: settings above metrics, told apart by the column `kind`.
+Table joined(const ResultDifference& difference) {
+  const auto with_kind = [](Table table, const std::string& kind) {
+    const std::vector<Cell> kinds(table.rows(), Cell(kind));
+    table.columns.front().name = "name";
+    table.columns.insert(table.columns.begin(), {"kind", "", kinds});
+    return table;
+  };
+  Table table = with_kind(difference.settings, "setting");
+  append(table, with_kind(difference.metrics, "metric"));
+  return table;
+}
+
+std::string render(const ResultDifference& difference, const std::string& format) {
+  if (format == "csv") return to_csv(joined(difference));
+  if (format == "json") {
+    return ordered_json{{"differ", !difference.empty()},
+                        {"settings", to_json(difference.settings)},
+                        {"metrics", to_json(difference.metrics)}}
+               .dump(2) +
+           "\n";
+  }
+  std::string text;
+  for (const Table* table : {&difference.settings, &difference.metrics}) {
+    if (table->rows() == 0) continue;
+    text += (text.empty() ? "" : "\n") + (format == "text" ? to_text(*table, kDigits) : to_markdown(*table, kDigits));
+  }
+  return text.empty() ? "no difference\n" : text;
+}
+
+}  // namespace
+
+void declare_diff(CLI::App& app, ExitCode& exit) {
+  struct Options {
+    std::vector<std::string> folders;
+    std::string format = "text";
+    bool json = false;
+    bool exit_code = false;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* sub =
+      app.add_subcommand("diff", "Compare results: settings and metrics that are not the same in all of them");
+  sub->add_option("DIR", options->folders,
+                  "Two or more folders that run, diagnose or trial wrote; the first is the reference")
+      ->required()
+      ->expected(2, 1000);
+  sub->add_option("--format", options->format, "What is printed")
+      ->check(one_of({"text", "markdown", "csv", "json"}))
+      ->capture_default_str();
+  add_json_option(*sub, options->json);
+  sub->add_flag("--exit-code", options->exit_code, "Exit with 1 if there is a difference");
+  sub->callback([options, &exit] {
+    std::vector<ResultValues> results;
+    for (const std::string& folder : options->folders) results.push_back(read_results(folder));
+    const ResultDifference found = difference(results);
+    std::cout << render(found, options->json ? "json" : options->format);
+    if (options->exit_code && !found.empty()) exit = ExitCode::check_failed;
+  });
+}
+
+}  // namespace bayesctrl

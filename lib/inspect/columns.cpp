@@ -1,0 +1,185 @@
+#include "inspect/columns.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <numbers>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+using Words = std::vector<std::string_view>;
+
+struct Unit {
+  std::string_view name;  // in lower case, without blanks
+  double scale;
+  std::string_view si;
+};
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr Unit kUnits[] = {{"deg/s", kDegree, "rad/s"},
+                           {"rad/s", 1.0, "rad/s"},
+                           {"mm/s", 1e-3, "m/s"},
+                           {"m/s", 1.0, "m/s"},
+                           {"rpm", std::numbers::pi / 30.0, "rad/s"},
+                           {"degrees", kDegree, "rad"},
+                           {"degree", kDegree, "rad"},
+                           {"deg", kDegree, "rad"},
+                           {"mrad", 1e-3, "rad"},
+                           {"rad", 1.0, "rad"},
+                           {"mm", 1e-3, "m"},
+                           {"cm", 1e-2, "m"},
+                           {"um", 1e-6, "m"},
+                           {"ms", 1e-3, "s"},
+                           {"us", 1e-6, "s"},
+                           {"ns", 1e-9, "s"},
+                           {"sec", 1.0, "s"},
+                           {"s", 1.0, "s"},
+                           {"mnm", 1e-3, "N m"},
+                           {"ncm", 1e-2, "N m"},
+                           {"nm", 1.0, "N m"},
+                           {"n*m", 1.0, "N m"},
+                           {"kn", 1e3, "N"},
+                           {"n", 1.0, "N"},
+                           {"mv", 1e-3, "V"},
+                           {"v", 1.0, "V"},
+                           {"ma", 1e-3, "A"},
+                           {"a", 1.0, "A"},
+                           {"m", 1.0, "m"}};
+
+const Words kTime{"t", "time", "timestamp", "stamp", "seconds", "sec", "clock"};
+const Words kPosition{"q", "qm", "theta", "angle",    "phi",          "alpha",
+                      "x", "y",  "pos",   "position", "displacement", "encoder"};
+const Words kVelocity{"v", "qd",    "dq",       "qdot",   "vel",  "velocity", "omega",
+                      "w", "speed", "thetadot", "dtheta", "xdot", "dx"};
+const Words kInput{"u",       "tau", "torque", "force",   "f",       "input",
+                   "command", "cmd", "effort", "current", "voltage", "motor"};
+const Words kWanted{"des", "desired", "ref", "reference", "target", "setpoint", "con"};  // not measured
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
+  return result;
+}
+
+bool has(const Words& words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+const Unit* find_unit(std::string text) {
+  std::erase(text, ' ');
+  const auto found = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) { return u.name == text; });
+  return found == std::end(kUnits) ? nullptr : found;
+}
+
+/// A column's name taken apart: "Pos_meas2 [deg]" is {pos, meas}, joint 2, deg.
+struct Name {
+  std::vector<std::string> words;
+  int number = 0;  // 0: none
+  const Unit* unit = nullptr;
+
+  bool any_of(const Words& known) const {
+    return std::any_of(words.begin(), words.end(), [&](const std::string& word) { return has(known, word); });
+  }
+};
+
+Name take_apart(const std::string& column) {
+  Name name;
+  std::string text = lower(column);
+  if (const std::size_t open = text.find_first_of("[("); open != std::string::npos) {
+    const std::size_t close = text.find_first_of("])", open);
+    name.unit = find_unit(text.substr(open + 1, close == std::string::npos ? close : close - open - 1));
+    text.erase(open);
+  }
+  std::string word;
+  const auto finish = [&] {
+    if (!word.empty()) name.words.push_back(word);
+    word.clear();
+  };
+  for (const char c : text) {
+    if (c >= '0' && c <= '9') {
+      finish();
+      name.number = name.number * 10 + (c - '0');
+    } else if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
+      word += c;
+    } else {
+      finish();
+    }
+  }
+  finish();
+  if (name.unit == nullptr && name.words.size() > 1) {
+    name.unit = find_unit(name.words.back());
+    if (name.unit != nullptr) name.words.pop_back();
+  }
+  return name;
+}
+
+class Guesser {
+ public:
+  Guesser(const DataTable& table, const std::string& file) : table_(table), file_(file) {
+    for (const std::string& column : table.names) names_.push_back(take_apart(column));
+    taken_.resize(names_.size(), false);
+  }
+
+  ColumnGuesses guess() {
+    ColumnGuesses result;
+    if (auto time = take(kTime, 1, "time"); !time.empty()) result.time = time.front();
+    result.position = take(kPosition, kMaxJoints, "a position");
+    if (result.position.empty()) fail("a position (q, theta, angle, x, pos, ...)");
+    const std::size_t joints = result.position.size();
+    result.velocity = take(kVelocity, joints, "a velocity");
+    if (result.velocity.size() != joints) result.velocity.clear();
+    result.input = take(kInput, joints, "an input");
+    for (std::size_t i = 0; i < names_.size() && result.input.size() < joints; ++i) {
+      if (!taken_[i]) result.input.push_back(use(i, "a guess: no name says what the input is"));
+    }
+    if (result.input.size() < joints) fail("an input for each position (u, tau, torque, force, ...)");
+    return result;
+  }
+
+ private:
+  /// The columns whose name has one of the words: measured ones before wanted ones; one, or as many as are numbered.
+  std::vector<ColumnGuess> take(const Words& words, std::size_t most, const std::string& what) {
+    std::vector<std::size_t> found;
+    for (const bool wanted : {false, true}) {
+      for (std::size_t i = 0; i < names_.size(); ++i) {
+        const Name& name = names_[i];
+        if (taken_[i] || !name.any_of(words) || wanted != name.any_of(kWanted)) continue;
+        const bool same_number = std::any_of(found.begin(), found.end(), [&](std::size_t other) {
+          return names_[other].number == name.number || names_[other].number == 0 || name.number == 0;
+        });
+        if (!same_number && found.size() < most) found.push_back(i);
+      }
+    }
+    std::sort(found.begin(), found.end(),
+              [&](std::size_t a, std::size_t b) { return names_[a].number < names_[b].number; });
+    std::vector<ColumnGuess> list;
+    for (const std::size_t i : found) list.push_back(use(i, "its name is that of " + what));
+    return list;
+  }
+
+  ColumnGuess use(std::size_t i, const std::string& reason) {
+    taken_[i] = true;
+    const Unit* unit = names_[i].unit;
+    return {table_.names[i], unit != nullptr ? unit->scale : 1.0, unit != nullptr ? std::string(unit->si) : "", reason};
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    std::string columns;
+    for (const std::string& name : table_.names) columns += (columns.empty() ? "" : ", ") + name;
+    throw DataError({file_, 1}, "no column that could be " + what + "; columns: " + columns);
+  }
+
+  const DataTable& table_;
+  const std::string& file_;
+  std::vector<Name> names_;
+  std::vector<bool> taken_;
+};
+
+}  // namespace
+
+ColumnGuesses guess_columns(const DataTable& table, const std::string& file) { return Guesser(table, file).guess(); }
+
+}  // namespace bayesctrl

@@ -1,0 +1,121 @@
+#include "inspect/kinds.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "diagnose/simulate_model.hpp"
+#include "diagnose/spec.hpp"
+#include "experiment/calibrate.hpp"
+#include "experiment/check.hpp"
+#include "experiment/read.hpp"
+#include "io/emit.hpp"
+#include "io/read.hpp"
+#include "io/schema.hpp"
+#include "trial/trial.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Three for each key that T has, one for each that is nearly one of them, less three for each other and one for each
+/// that T needs and is not there.
+template <HasFields T>
+int affinity_to(const Node& spec) {
+  std::vector<std::string_view> known, given;
+  for (const Node::Entry& entry : spec.entries) given.push_back(entry.key);
+  int score = 0;
+  const auto has = [](const std::vector<std::string_view>& list, std::string_view key) {
+    return std::find(list.begin(), list.end(), key) != list.end();
+  };
+  T defaults{};
+  T::fields(defaults, [&](std::string_view key, auto&, const Info& info) {
+    known.push_back(key);
+    if (info.required && !has(given, key) && nearest(key, given).empty()) --score;
+  });
+  for (const std::string_view key : given) score += has(known, key) ? 3 : nearest(key, known).empty() ? -3 : 1;
+  return score;
+}
+
+template <HasFields T>
+ordered_json schema_of() {
+  return schema<T>();
+}
+
+std::string count(std::size_t number, const std::string& what) {
+  return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+}
+
+std::string study_summary(const Node& spec) {
+  const std::vector<Study> studies = read_studies(spec);
+  return "study '" + studies.front().name + "', " + count(studies.front().controllers.items.size(), "controller") +
+         (studies.size() > 1 ? ", sweep of " + std::to_string(studies.size()) + " points" : "");
+}
+
+std::string diagnosis_summary(const Node& node) {
+  const DiagnosisSpec spec = read_diagnosis_spec(node);
+  return "diagnosis '" + spec.name + "', " + count(spec.recordings.size(), "recording") + ", " +
+         std::to_string(spec.held_out.size()) + " held out, " + count(spec.effects.size(), "effect");
+}
+
+std::string model_summary(const Node& node) {
+  const ModelFile file = read_model_file(node);
+  return "model '" + file.name + "', " + std::string(name_of(file.model.plant)) + " with " +
+         count(file.model.effects.size(), "effect");
+}
+
+std::string trial_summary(const Node& node) {
+  const auto spec = read<TrialSpec>(node);
+  return "trial '" + spec.name + "', seed " + std::to_string(spec.seed);
+}
+
+std::string calibration_summary(const Node& node) {
+  const Calibration spec = read_calibration(node);
+  return "calibration of " + spec.study + ", " + count(spec.vary.items.size(), "setting");
+}
+
+std::string published_summary(const Node& node) {
+  const auto table = read<PublishedTable>(node);
+  return "published table '" + table.name + "', " + count(table.cells.size(), "cell");
+}
+
+template <class T>
+std::string resolved_as(const Node& node) {
+  return to_yaml(to_json(read<T>(node)));
+}
+
+const std::array<SpecKind, 6>& kinds() {
+  static const std::array<SpecKind, 6> list{{
+      {"study", "run, simulate: a machine, a task, controllers", study_schema, affinity_to<Study>, study_summary,
+       study_yaml},
+      {"diagnosis", "diagnose: a nominal model and recordings", schema_of<DiagnosisSpec>, affinity_to<DiagnosisSpec>,
+       diagnosis_summary, [](const Node& node) { return to_yaml(to_json(read_diagnosis_spec(node))); }},
+      {"model", "simulate, model: {file: ...}: what diagnose found", schema_of<ModelFile>, affinity_to<ModelFile>,
+       model_summary, resolved_as<ModelFile>},
+      {"trial", "trial: how many machines with which concealed effects", schema_of<TrialSpec>, affinity_to<TrialSpec>,
+       trial_summary, resolved_as<TrialSpec>},
+      {"calibration", "calibrate: settings to search for", schema_of<Calibration>, affinity_to<Calibration>,
+       calibration_summary, resolved_as<Calibration>},
+      {"published_table", "table, check: published numbers and tolerances", schema_of<PublishedTable>,
+       affinity_to<PublishedTable>, published_summary, resolved_as<PublishedTable>},
+  }};
+  return list;
+}
+
+}  // namespace
+
+std::span<const SpecKind> spec_kinds() { return kinds(); }
+
+const SpecKind* find_kind(std::string_view name) {
+  const auto found = std::find_if(kinds().begin(), kinds().end(), [&](const SpecKind& k) { return k.name == name; });
+  return found == kinds().end() ? nullptr : &*found;
+}
+
+const SpecKind& kind_of(const Node& spec) {
+  detail::require_map(spec, "the spec");
+  const auto better = [&](const SpecKind& a, const SpecKind& b) { return a.affinity(spec) < b.affinity(spec); };
+  return *std::max_element(kinds().begin(), kinds().end(), better);
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,144 @@
+#include "inspect/starter.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "diagnose/read_recording.hpp"
+#include "experiment/read.hpp"
+#include "inspect/columns.hpp"
+#include "io/files.hpp"
+#include "io/folder.hpp"
+#include "support/studies.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+using Catch::Contains;
+using io_examples::Folder;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A recording with this header and as many columns of numbers, one row each `step`.
+std::string csv(const std::string& header, double step = 0.01) {
+  const auto columns = 1 + std::count(header.begin(), header.end(), ',');
+  std::string text = header + "\n";
+  for (int row = 0; row < 30; ++row) {
+    text += std::to_string(step * row);
+    for (long i = 1; i < columns; ++i) text += "," + std::to_string(0.1 * static_cast<double>(row * i));
+    text += "\n";
+  }
+  return text;
+}
+
+ColumnGuesses guesses(const std::string& header) {
+  return guess_columns(parse_data_csv(csv(header), "x.csv"), "x.csv");
+}
+
+std::string columns(const std::vector<ColumnGuess>& list) {
+  std::string text;
+  for (const ColumnGuess& guess : list) text += (text.empty() ? "" : " ") + guess.column;
+  return text;
+}
+
+DiagnosisSpec starter(const Folder& folder, const std::vector<fs::path>& files, const std::string& plant = "") {
+  write_file(folder.path() / "spec.yaml", diagnosis_starter(files, plant, folder.path()));
+  return read_diagnosis_spec(folder.path() / "spec.yaml");
+}
+
+}  // namespace
+
+TEST_CASE("The starter of an experiment runs with every plant and every controller succeeds", "[inspect]") {
+  for (const std::string_view plant : names_of(static_cast<const Plant*>(nullptr))) {
+    INFO(plant);
+    const std::string text = experiment_starter(plant);
+    INFO(text);
+    Node spec = parse_yaml(text, "starter.yaml");
+    set_path(spec, "duration=2");
+    const Study study = read_studies(spec).front();
+    CHECK(name_of(study.model.plant) == plant);
+    for (const Outcome& outcome : run_one(study).outcomes) {
+      INFO(outcome.controller << ": " << outcome.result.reason);
+      CHECK(outcome.result.status == RunStatus::ok);
+    }
+    CHECK(std::count(text.begin(), text.end(), '#') > 20);  // commented
+  }
+  CHECK_THROWS_AS(experiment_starter("cart"), std::invalid_argument);
+}
+
+TEST_CASE("Columns are known by their names", "[inspect]") {
+  struct Row {
+    std::string header, time, position, velocity, input;
+  };
+  for (const Row& row : {Row{"t,q,qd,u", "t", "q", "qd", "u"},
+                         Row{"time,position,velocity,torque", "time", "position", "velocity", "torque"},
+                         Row{"Time (ms),Angle [deg],Omega [rpm],Torque [mNm]", "Time (ms)", "Angle [deg]",
+                             "Omega [rpm]", "Torque [mNm]"},
+                         Row{"u,x_mm,t_s", "t_s", "x_mm", "", "u"}, Row{"t,qm,qg,vir", "t", "qm", "", "qg"},
+                         Row{"time,pos_des,pos_meas,tau_des,tau_meas", "time", "pos_meas", "", "tau_meas"},
+                         Row{"time,pos_meas1,pos_meas2,vel_meas1,vel_meas2,tau_con1,tau_con2,tau_meas1,tau_meas2",
+                             "time", "pos_meas1 pos_meas2", "vel_meas1 vel_meas2", "tau_meas1 tau_meas2"},
+                         Row{"q2,q1,tau2,tau1", "", "q1 q2", "", "tau1 tau2"}}) {
+    INFO(row.header);
+    const ColumnGuesses found = guesses(row.header);
+    CHECK((found.time ? found.time->column : "") == row.time);
+    CHECK(columns(found.position) == row.position);
+    CHECK(columns(found.velocity) == row.velocity);
+    CHECK(columns(found.input) == row.input);
+  }
+}
+
+TEST_CASE("Units in names become scales", "[inspect]") {
+  const ColumnGuesses found = guesses("Time (ms),Angle [deg],Omega [rpm],Torque [mNm]");
+  CHECK(found.time->scale == 1e-3);
+  CHECK(found.position[0].scale == Approx(3.14159265 / 180.0));
+  CHECK(found.position[0].unit == "rad");
+  CHECK(found.velocity[0].scale == Approx(2.0 * 3.14159265 / 60.0));
+  CHECK(found.input[0].scale == 1e-3);
+  CHECK(found.input[0].unit == "N m");
+  CHECK(guesses("t,q,u").position[0].unit.empty());
+  CHECK(guesses("t,x_cm,u").position[0].scale == 1e-2);
+}
+
+TEST_CASE("A header that names no position or no input is refused with its columns", "[inspect]") {
+  CHECK_THROWS_WITH(guesses("t,foo,bar"), Contains("x.csv:1") && Contains("position") && Contains("t, foo, bar"));
+  CHECK_THROWS_WITH(guesses("t,q"), Contains("an input for each position"));
+}
+
+TEST_CASE("The starter of a diagnosis reads its recordings as they are", "[inspect]") {
+  const Folder folder;
+  write_file(folder.path() / "data" / "a b.csv", csv("time_ms,angle_deg,torque", 10.0));
+  const DiagnosisSpec spec = starter(folder, {folder.path() / "data" / "a b.csv"});
+  CHECK(spec.name == "a b");
+  CHECK(std::holds_alternative<Pendulum>(*spec.model.plant));
+  REQUIRE(spec.recordings.size() == 1);
+  REQUIRE(spec.held_out.size() == 1);
+  CHECK(spec.recordings[0].name == "data/a b.csv");
+  const Measured train = read_recording(spec.recordings[0], spec.signals);
+  const Measured test = read_recording(spec.held_out[0], spec.signals);
+  CHECK(train.samples() == 20);
+  CHECK(test.samples() == 10);
+  CHECK(train.time[1] == Approx(0.01));
+  CHECK(train.position(10, 0) == Approx(3.14159265 / 180.0));
+}
+
+TEST_CASE("The starter of a diagnosis chooses a plant from the columns, and the last of several recordings is held out",
+          "[inspect]") {
+  const Folder folder;
+  const auto write = [&](const std::string& name, const std::string& header, double step = 0.01) {
+    write_file(folder.path() / name, csv(header, step));
+    return folder.path() / name;
+  };
+  const fs::path slide = write("slide.csv", "t,x_mm,v_mm/s,force"), arm = write("arm.csv", "t,q1,q2,u1,u2");
+  CHECK(std::holds_alternative<Mass>(*starter(folder, {slide}).model.plant));
+  CHECK(std::holds_alternative<TwoLinkArm>(*starter(folder, {arm}).model.plant));
+  CHECK(std::holds_alternative<Custom>(*starter(folder, {slide}, "custom").model.plant));
+  CHECK(starter(folder, {arm}, "pendulum").joints() == 1);
+  CHECK_THROWS_WITH(starter(folder, {slide}, "two_link_arm"), Contains("only 1 columns seem to be positions"));
+  const DiagnosisSpec several =
+      starter(folder, {slide, write("b.csv", "t,x_mm,v_mm/s,force"), write("c.csv", "t,x_mm,v_mm/s,force")});
+  CHECK(several.recordings.size() == 2);
+  CHECK(several.held_out.front().name == "c.csv");
+  const DiagnosisSpec milliseconds = starter(folder, {write("ms.csv", "t,q,u", 5.0)});
+  CHECK(milliseconds.signals.time.column->scale == 1e-3);
+  const DiagnosisSpec untimed = starter(folder, {write("untimed.csv", "q,u")});
+  CHECK(untimed.signals.time.rate == 100.0);
+}
