@@ -15,7 +15,6 @@ constexpr double kInseparable = 3.0;   // nats
 constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
 constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
 constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
-constexpr double kMostOdds = 100.0;    // nats
 constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
 
 }  // namespace
@@ -110,32 +109,34 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
     lowest = cost;
     chosen = i;
   }
-  std::swap(explanation.candidates[0], explanation.candidates[chosen]);
-  Candidate& simple = explanation.candidates[0];
-
-  // Parameters and probabilities beside a random force.
+  // Among those with no more numbers, the most probable beside a random force.
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
-  const Eigen::VectorXd intensity = likely_intensity(measured, simple.fit);
-  const Fit settled = beside_random_force(measured, intensity, simple.fit);
-  const double before = beyond_noise(simple.fit);
-  simple.fit.covariance = settled.covariance;
-  try {
-    const Fit there = started(problem_about(*explanation.linearisation, explanation, data, options), settled);
-    if (beyond_noise(there) < kMuchWorse * before) simple.fit = there;
-  } catch (const NumericalError&) {  // free runs diverge there
+  const std::size_t numbers = explanation.candidates[chosen].fit.unknowns.size();
+  const Eigen::VectorXd intensity = likely_intensity(measured, explanation.candidates[chosen].fit);
+  for (Candidate& candidate : explanation.candidates) {
+    candidate.fit.log_evidence = beside_random_force(measured, intensity, candidate.fit).log_evidence;
   }
+  const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
+  std::sort(explanation.candidates.begin(), explanation.candidates.end(), [&](const Candidate& a, const Candidate& b) {
+    return std::pair(as_simple(a), a.fit.log_evidence) > std::pair(as_simple(b), b.fit.log_evidence);
+  });
+  Fit& best = explanation.candidates.front().fit;
   double sum = 0.0;
   for (Candidate& candidate : explanation.candidates) {
-    Fit& fit = candidate.fit;
-    const bool first = &candidate == &simple;
-    fit.log_evidence = first ? settled.log_evidence : beside_random_force(measured, intensity, fit).log_evidence;
-    const bool as_simple = fit.unknowns.size() <= simple.fit.unknowns.size();
-    candidate.probability = as_simple ? std::exp(std::min(fit.log_evidence - settled.log_evidence, kMostOdds)) : 0.0;
+    candidate.probability = as_simple(candidate) ? std::exp(candidate.fit.log_evidence - best.log_evidence) : 0.0;
     sum += candidate.probability;
   }
   for (Candidate& candidate : explanation.candidates) candidate.probability /= sum;
-  std::sort(explanation.candidates.begin() + 1, explanation.candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.probability > b.probability; });
+
+  const Fit settled = beside_random_force(measured, likely_intensity(measured, best), best);
+  const double before = beyond_noise(best), evidence = best.log_evidence;
+  best.covariance = settled.covariance;
+  try {
+    const Fit there = started(problem_about(*explanation.linearisation, explanation, data, options), settled);
+    if (beyond_noise(there) < kMuchWorse * before) best = there;
+  } catch (const NumericalError&) {  // free runs diverge there
+  }
+  best.log_evidence = evidence;
 }
 
 }  // namespace bayesctrl

@@ -20,12 +20,10 @@ std::size_t strongest(const Explanation& explanation);
 double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
                           const std::vector<Trajectory>& paths, double horizon);
 
-/// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Then the one
-/// comes first whose free runs are best for its size: every number has to take away a fifth of the error. Its
-/// parameters are those that are most probable beside a random force, unless free runs contradict them; their
-/// deviations are those beside a random force in any case.
-/// Probabilities are those beside the same force, among
-/// explanations with no more numbers.
+/// Where the best explanation leaves more than noise, likelihoods between imperfect models mean little. Then free runs
+/// say how many numbers are worth their while: every one has to take away a fifth of the error. Among explanations with
+/// no more numbers the one comes first that is most probable beside a random force, with the parameters that are most
+/// probable there unless free runs contradict them, and with their deviations.
 void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
                    double horizon);
 
