@@ -42,6 +42,11 @@ void print(const ordered_json& d) {
     std::cout << "  " << said["equation"].get<std::string>() << "\n  probability " << number(said["probability"])
               << "\n";
   }
+  for (const auto& [name, p] : d["parameters"].items()) {
+    if (p["value"] == p["nominal"]) continue;
+    std::cout << "  the model's " << name << ": " << number(p["nominal"]) << " -> " << number(p["value"]) << " +- "
+              << format(p["sd"].get<double>(), 2) << "\n";
+  }
   for (const ordered_json& names : d["indistinguishable"]) {
     std::cout << "  these recordings cannot separate:";
     for (const ordered_json& name : names) std::cout << " " << name.get<std::string>();

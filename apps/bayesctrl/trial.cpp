@@ -52,8 +52,10 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     for (const std::uint64_t seed : command->seeds) {
       spec.seed = seed;
       const auto place = command->seeds.size() == 1 ? folder : folder / ("seed-" + std::to_string(seed));
-      const TrialResult result = run_trial(
-          spec, place, "/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); }, interrupted);
+      const TrialResult result =
+          run_trial(spec, place,
+                    {"/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); },
+                     [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted});
       if (interrupted()) {
         std::cerr << "interrupted: cases and diagnoses in " << place.string()
                   << " are whole; the same command begins anew\n";

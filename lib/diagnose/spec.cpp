@@ -115,7 +115,13 @@ void read_value(const Node& node, NominalModel& nominal) {
     free = e.value;
     return true;
   });
-  nominal.plant = read<Model>(model).plant;
+  const Model given = read<Model>(model);
+  if (!given.is_plain()) {
+    const Node::Entry* entry = node.find(given.effects.empty() ? "remainder" : "effects");
+    throw SpecError(entry != nullptr ? entry->where : node.where,
+                    "the model of a diagnosis is a plant alone: effects and remainders are what is looked for");
+  }
+  nominal.plant = given.plant;
   if (free.kind == Node::Kind::null) return;
   detail::require_list(free, "free");
   const std::vector<std::string> names = parameter_names(*nominal.plant);
@@ -145,6 +151,7 @@ ordered_json schema_value(const NominalModel*, detail::Definitions& definitions)
       for (const auto& [key, ignored] : parameters["properties"].items()) known.push_back(key);
       name = {{"enum", known}};
     }
+    for (const char* key : {"effects", "remainder"}) choice["properties"].erase(key);
     choice["properties"]["free"] = {{"anyOf", {{{"type", "array"}, {"items", name}}, {{"type", "null"}}}},
                                     {"description", "parameters that may be re-estimated"}};
   }

@@ -122,8 +122,8 @@ Table table_of(const std::vector<Scored>& cases) {
 
 }  // namespace
 
-TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const fs::path& program, int workers,
-                      const std::function<void(const std::string&)>& say, const std::function<bool()>& interrupted) {
+TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const TrialOptions& options) {
+  const auto& [program, workers, say, progress, interrupted] = options;
   const std::vector<trial::Order> orders = trial::orders(spec);
   say("drawing " + std::to_string(orders.size()) + " machines with seed " + std::to_string(spec.seed));
   std::vector<ordered_json> truths(orders.size());
@@ -148,12 +148,14 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const fs::p
 
   say("diagnosing in " + std::to_string(workers) + " processes");
   std::vector<double> seconds(orders.size(), -1.0);
-  std::atomic<int> finished{0};
+  std::mutex counting;
+  std::size_t finished = 0;
   in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
     if (made[i] == 0) return;
     const fs::path place = folder / "cases" / orders[i].name;
     seconds[i] = diagnose_apart(program, place / "spec.yaml", folder / "diagnoses" / orders[i].name);
-    if (const int count = ++finished; count % 50 == 0) say(std::to_string(count) + " diagnosed");
+    const std::scoped_lock lock(counting);
+    progress(++finished, orders.size());
   });
   if (interrupted()) return {};
 

@@ -44,10 +44,16 @@ struct TrialResult {
   std::string markdown;            // the tables
 };
 
-/// Draws, records, seals, diagnoses in `workers` processes of `program`, scores, writes everything into `folder`.
-/// `say` gets one line after another. Throws IoError.
-TrialResult run_trial(const TrialSpec& spec, const std::filesystem::path& folder, const std::filesystem::path& program,
-                      int workers, const std::function<void(const std::string&)>& say,
-                      const std::function<bool()>& interrupted);
+/// How a trial is run, and whom it tells.
+struct TrialOptions {
+  std::filesystem::path program;                                      // that diagnoses, in a process of its own
+  int workers = 1;                                                    // such processes at a time
+  std::function<void(const std::string&)> say;                        // one line after another
+  std::function<void(std::size_t done, std::size_t total)> progress;  // of diagnoses
+  std::function<bool()> interrupted;
+};
+
+/// Draws, records, seals, diagnoses, scores, writes everything into `folder`. Throws IoError.
+TrialResult run_trial(const TrialSpec& spec, const std::filesystem::path& folder, const TrialOptions& options);
 
 }  // namespace bayesctrl

@@ -84,6 +84,7 @@ TEST_CASE("list --json names every plant, kernel, controller, reference and metr
   CHECK(names_in(list["references"]) == registered(static_cast<const Reference*>(nullptr)));
   CHECK(names_in(list["kernels"]) == registered(static_cast<const decltype(Kernel::form)*>(nullptr)));
   CHECK(list["metrics"].size() == all_metrics().size());
+  for (const auto& plant : list["plants"]) CHECK_FALSE(plant["equation"].get<std::string>().empty());
   for (const auto& [family, members] : list.items()) {
     for (const auto& member : members) {
       INFO(family << " " << member["name"]);

@@ -143,6 +143,8 @@ TEST_CASE("A key that a spec of a diagnosis does not have, or lacks, is shown at
   check_at("1:1", "the spec needs 'name'", error_with("name: pendulum\n", ""));
   check_at("1:1", "the spec needs 'recordings'",
            error_with("recordings: [a.csv, {file: b.csv, from: 1, to: 9.5}]\n", ""));
+  check_at("5:3", "effects and remainders are what is looked for",
+           error_with("  free: [friction, mass]", "  effects: [{type: constant_bias, torque: 1}]"));
   check_at("6:1", "did you mean 'signals'?", error_with("signals:\n  time", "signal:\n  time"));
   check_at("7:3", "signals needs 'time'", error_with("  time: t\n", ""));
   check_at("8:3", "signals has no 'angle'", error_with("  position: {column", "  angle: {column"));

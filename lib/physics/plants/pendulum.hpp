@@ -11,6 +11,9 @@ namespace bayesctrl {
 struct Pendulum {
   static constexpr std::string_view kName = "pendulum";
   static constexpr std::string_view kText = "point mass on a rod, driven by a torque; q = 0 hangs down";
+  static constexpr std::string_view kEquation =
+      "{mass} {length}^2 q'' = u - {mass} {gravity} {length} sin(q) - r v, "
+      "r = {friction} + {friction_amplitude} cos(q - {friction_centre})";
   static constexpr int kJoints = 1;
   double length = 1.0;
   double friction = 0.0;
