@@ -50,6 +50,9 @@ Node read_yaml(const std::filesystem::path& path);
 /// reader judges them. Throws SpecError, located at "--set path=value".
 void set_path(Node& root, std::string_view assignment);
 
+/// What relative paths in a node are relative to: the folder of its file, and of `--set` the working folder.
+std::filesystem::path folder_of(const Node& node);
+
 namespace detail {
 /// parse_yaml for a text that is not a file: every node stands at `file` as a whole.
 Node parse_value(std::string_view text, const std::string& file);

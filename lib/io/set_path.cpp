@@ -7,6 +7,8 @@ namespace bayesctrl {
 
 namespace {
 
+constexpr std::string_view kCommandLine = "--set ";  // begins the place of what stands there
+
 struct Segment {
   std::string text;
   bool index_only = false;  // written [0]
@@ -43,7 +45,7 @@ Segment take_segment(std::string_view& rest, const Location& where) {
 }
 
 Assignment split(std::string_view text) {
-  Assignment result{.where = {.file = "--set " + shown(text, 80)}, .path = {}, .value = {}};
+  Assignment result{.where = {.file = std::string(kCommandLine) + shown(text, 80)}, .path = {}, .value = {}};
   std::string_view rest = text;
   while (true) {
     result.path.push_back(take_segment(rest, result.where));
@@ -109,6 +111,11 @@ void set_path(Node& root, std::string_view assignment) {
     owner = in_quotes(segment.text);
   }
   *node = std::move(value);
+}
+
+std::filesystem::path folder_of(const Node& node) {
+  return node.where.file.starts_with(kCommandLine) ? std::filesystem::path()
+                                                   : std::filesystem::path(node.where.file).parent_path();
 }
 
 }  // namespace bayesctrl

@@ -152,8 +152,7 @@ void read_value(const Node& node, Model& model) {
   detail::require_map(node, "model");
   if (const Node::Entry* file = node.find("file")) {
     detail::require_known_keys(node, Model::kName, {"file"});
-    const std::filesystem::path path =
-        std::filesystem::path(node.where.file).parent_path() / detail::to_text(file->value, "file");
+    const std::filesystem::path path = folder_of(node) / detail::to_text(file->value, "file");
     const Node root = read_yaml(path);
     const Node::Entry* inner = root.find("model");
     if (inner == nullptr) throw SpecError(root.where, "no key 'model': not a model.yaml of bayesctrl diagnose");

@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -32,6 +33,35 @@ TEST_CASE("simulate takes its own output as the input of another run", "[apps]")
   const CommandResult first = bayesctrl_with({"simulate", spec, "--input", input});
   write_file(input, first.out);
   CHECK(bayesctrl_with({"simulate", spec, "--input", input}).out == first.out);
+}
+
+TEST_CASE("A hidden effect is simulated, diagnosed from a starter, and runs as the plant", "[apps]") {
+  const Folder folder;
+  const auto in_folder = [&](std::vector<std::string> words) {
+    return bayesctrl_with(std::move(words), folder.path());
+  };
+  std::string inputs = "t,u\n";
+  for (int k = 0; k < 800; ++k) {
+    const double t = 0.01 * k;
+    inputs += std::to_string(t) + "," + std::to_string(2.0 * std::sin(1.3 * t) + 1.5 * std::sin(3.9 * t + 1.0)) + "\n";
+  }
+  write_file(folder.path() / "u.csv", inputs);
+  const std::string hidden = "model.effects=[{type: coulomb_friction, level: 0.4}]", study = config("exp1.yaml");
+  REQUIRE(in_folder({"simulate", study, "--input", "u.csv", "--out", "swing.csv", "--set", hidden}).status == 0);
+  REQUIRE(in_folder({"init", "diagnosis", "swing.csv", "--out", "swing.yaml"}).status == 0);
+  REQUIRE(in_folder({"diagnose", "swing.yaml", "--set", "model.parameters.friction=1", "--set",
+                     "model.parameters.mass=0.5", "--no-report"})
+              .status == 0);
+  const std::string model = "results/diagnose/swing/model.yaml";
+  const auto found =
+      nlohmann::json::parse(read_file(folder.path() / "results/diagnose/swing/diagnosis.json", 10'000'000));
+  CHECK(found["explanation"]["effects"][0]["name"] == "coulomb_friction");
+  CHECK(found["explanation"]["effects"][0]["parameters"]["level"]["value"] == Approx(0.4).epsilon(1e-3));
+  CHECK(in_folder({"simulate", model, "--input", "swing.csv", "--out", "corrected.csv"}).status == 0);
+  const CommandResult run = in_folder(
+      {"run", study, "--set", "model={file: " + model + "}", "--set", "duration=1", "--quiet", "--no-report"});
+  INFO(run.err);
+  CHECK(run.status == 0);
 }
 
 TEST_CASE("calibrate prints the best settings and what they give, as text or as one JSON object", "[apps]") {
