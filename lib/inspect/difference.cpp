@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "io/emit.hpp"
-#include "io/files.hpp"
+#include "io/json.hpp"
 
 namespace bayesctrl {
 
@@ -15,16 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using Values = ResultValues::Values;
-
-constexpr std::size_t kMostBytes = std::size_t{1} << 28;
-
-ordered_json read_json(const fs::path& path) {
-  try {
-    return ordered_json::parse(read_file(path, kMostBytes));
-  } catch (const ordered_json::exception& error) {
-    throw DataError({path.string()}, error.what());
-  }
-}
 
 /// Appends every leaf under a dotted name. Lists of plain values are one leaf; members of other lists go by their
 /// `name`, or else by their number from 1.

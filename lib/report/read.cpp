@@ -5,27 +5,17 @@
 
 #include "base/error.hpp"
 #include "base/format.hpp"
-#include "io/files.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 constexpr std::size_t kCurvePoints = 2000;
 constexpr int kDigits = 6;
 
 double rounded(double x) { return x == 0.0 ? 0.0 : std::strtod(format(x, kDigits).c_str(), nullptr); }
 
 }  // namespace
-
-nlohmann::ordered_json read_json(const std::filesystem::path& file) {
-  try {
-    return nlohmann::ordered_json::parse(read_file(file, kMostBytes));
-  } catch (const nlohmann::json::exception& error) {
-    throw DataError(Location{file.string()}, error.what());
-  }
-}
 
 std::vector<std::string> texts(const Table& table, const std::string& column, const std::string& file) {
   const Column* found = table.find(column);

@@ -1,16 +1,13 @@
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "io/json.hpp"
 #include "io/table.hpp"
 
 namespace bayesctrl {
-
-/// A JSON file of a result folder. Throws IoError, or DataError where it is damaged.
-nlohmann::ordered_json read_json(const std::filesystem::path& file);
 
 /// A column as texts, numbers as in CSV. Throws DataError, located at `file`, if there is no such column.
 std::vector<std::string> texts(const Table& table, const std::string& column, const std::string& file);

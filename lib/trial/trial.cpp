@@ -15,6 +15,7 @@
 #include "base/format.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
+#include "io/json.hpp"
 #include "io/table.hpp"
 #include "trial/cases.hpp"
 #include "trial/score.hpp"
@@ -159,7 +160,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
   });
   if (interrupted()) return {};
 
-  const ordered_json truth = ordered_json::parse(read_file(folder / "truth.json", std::size_t{1} << 30));
+  const ordered_json truth = read_json(folder / "truth.json");
   std::vector<Scored> scored;
   int skipped = 0, failed = 0;
   for (std::size_t i = 0; i < orders.size(); ++i) {
@@ -172,8 +173,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
       say("failed: " + orders[i].name);
       continue;
     }
-    const ordered_json diagnosis =
-        ordered_json::parse(read_file(folder / "diagnoses" / orders[i].name / "diagnosis.json", std::size_t{1} << 28));
+    const ordered_json diagnosis = read_json(folder / "diagnoses" / orders[i].name / "diagnosis.json");
     Scored one = trial::score(orders[i].name, truth[orders[i].name], diagnosis);
     one.seconds = seconds[i];
     if (one.family == "pysindy") {
