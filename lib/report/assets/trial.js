@@ -30,7 +30,7 @@ main.append(paragraph(data.sentence, "verdict"));
 section(main, "Scores")
     .append(table(
         "Scores of the trial", ["score", "value"],
-        Object.entries(data.summary).filter(e => typeof e[1] === "number").map(([name, value]) => [name, value])));
+        Object.entries(data.summary).filter(([name, value]) => typeof value === "number" && name !== "seed")));
 section(main, "Which effect was said for which?")
     .append(table(
         "What was hidden, and how often it was said", ["hidden", "cases", "said", "not said", "declined"],
