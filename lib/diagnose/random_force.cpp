@@ -1,7 +1,6 @@
 #include "diagnose/random_force.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace bayesctrl {
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/error.hpp"
 #include "diagnose/free_runs.hpp"
@@ -16,6 +17,41 @@ constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanati
 constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
 constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
 constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
+
+/// The candidate with effects whose free runs are best for its size.
+std::size_t most_worthwhile(const Explanation& explanation, const std::function<double(const Fit&)>& beyond_noise) {
+  std::size_t chosen = 0;
+  double lowest = kInfinity;
+  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) {
+    const Fit& f = explanation.candidates[i].fit;
+    const double cost = std::log(std::max(beyond_noise(f), 1e-300)) +
+                        kPerEffect * static_cast<double>(f.effects.size()) +
+                        kPerNumber * static_cast<double>(f.unknowns.size());
+    if (f.effects.empty() || cost >= lowest) continue;
+    lowest = cost;
+    chosen = i;
+  }
+  return chosen;
+}
+
+/// Evidence of all candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
+void rank_beside_force(Explanation& explanation, const FitProblem& measured, const Eigen::VectorXd& intensity,
+                       std::size_t numbers) {
+  for (Candidate& candidate : explanation.candidates) {
+    candidate.fit.log_evidence = beside_random_force(measured, intensity, candidate.fit).log_evidence;
+  }
+  const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
+  std::sort(explanation.candidates.begin(), explanation.candidates.end(), [&](const Candidate& a, const Candidate& b) {
+    return std::pair(as_simple(a), a.fit.log_evidence) > std::pair(as_simple(b), b.fit.log_evidence);
+  });
+  const double highest = explanation.best().fit.log_evidence;
+  double sum = 0.0;
+  for (Candidate& candidate : explanation.candidates) {
+    candidate.probability = as_simple(candidate) ? std::exp(candidate.fit.log_evidence - highest) : 0.0;
+    sum += candidate.probability;
+  }
+  for (Candidate& candidate : explanation.candidates) candidate.probability /= sum;
+}
 
 }  // namespace
 
@@ -96,38 +132,14 @@ double error_beyond_noise(const Fit& fit, const Explanation& explanation, const 
 void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
                    double horizon) {
   if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
-  const std::vector<Trajectory>& paths = explanation.measured->paths;
-  const auto beyond_noise = [&](const Fit& f) { return error_beyond_noise(f, explanation, data, paths, horizon); };
-  std::size_t chosen = 0;
-  double lowest = kInfinity;
-  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) {
-    const Fit& f = explanation.candidates[i].fit;
-    const double cost = std::log(std::max(beyond_noise(f), 1e-300)) +
-                        kPerEffect * static_cast<double>(f.effects.size()) +
-                        kPerNumber * static_cast<double>(f.unknowns.size());
-    if (f.effects.empty() || cost >= lowest) continue;
-    lowest = cost;
-    chosen = i;
-  }
-  // Among those with no more numbers, the most probable beside a random force.
+  const auto beyond_noise = [&](const Fit& fit) {
+    return error_beyond_noise(fit, explanation, data, explanation.measured->paths, horizon);
+  };
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
-  const std::size_t numbers = explanation.candidates[chosen].fit.unknowns.size();
-  const Eigen::VectorXd intensity = likely_intensity(measured, explanation.candidates[chosen].fit);
-  for (Candidate& candidate : explanation.candidates) {
-    candidate.fit.log_evidence = beside_random_force(measured, intensity, candidate.fit).log_evidence;
-  }
-  const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
-  std::sort(explanation.candidates.begin(), explanation.candidates.end(), [&](const Candidate& a, const Candidate& b) {
-    return std::pair(as_simple(a), a.fit.log_evidence) > std::pair(as_simple(b), b.fit.log_evidence);
-  });
-  Fit& best = explanation.candidates.front().fit;
-  double sum = 0.0;
-  for (Candidate& candidate : explanation.candidates) {
-    candidate.probability = as_simple(candidate) ? std::exp(candidate.fit.log_evidence - best.log_evidence) : 0.0;
-    sum += candidate.probability;
-  }
-  for (Candidate& candidate : explanation.candidates) candidate.probability /= sum;
+  const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
+  rank_beside_force(explanation, measured, likely_intensity(measured, worthwhile), worthwhile.unknowns.size());
 
+  Fit& best = explanation.candidates.front().fit;
   const Fit settled = beside_random_force(measured, likely_intensity(measured, best), best);
   const double before = beyond_noise(best), evidence = best.log_evidence;
   best.covariance = settled.covariance;
