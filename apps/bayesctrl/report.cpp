@@ -20,12 +20,15 @@ struct ReportCommand {
 
 /// The tables of the folders that have one, which are those of experiments, beside published numbers.
 std::optional<Published> published_for(const ReportCommand& command) {
-  if (command.against.empty()) return std::nullopt;
-  const PublishedTable published = read_published(command.against);
+  std::filesystem::path file = command.against;
   std::vector<std::filesystem::path> folders;
   for (const std::filesystem::path folder : command.folders) {
-    if (std::filesystem::exists(folder / "table.csv")) folders.push_back(folder);
+    if (!std::filesystem::exists(folder / "table.csv")) continue;
+    folders.push_back(folder);
+    if (file.empty() && std::filesystem::exists(folder / kPublishedFile)) file = folder / kPublishedFile;
   }
+  if (file.empty()) return std::nullopt;
+  const PublishedTable published = read_published(file);
   return Published{published.name, published.source, compare(gather_tables(folders), published)};
 }
 
@@ -38,7 +41,7 @@ void declare_report(CLI::App& app, ExitCode& /*exit*/) {
   sub->add_option("DIR", command->folders, "Folders that run, diagnose or trial wrote; experiments share one page")
       ->required();
   sub->add_option("--against", command->against,
-                  "Published numbers to set beside experiments, e.g. configs/paper_table2.yaml");
+                  "Published numbers to set beside experiments; default: those that run found in the spec");
   sub->add_option("--out", command->out,
                   "The page; default: report.html in the folder, or of several experiments in the folder above all")
       ->type_name("FILE");

@@ -15,6 +15,7 @@
 #include "experiment/tabulate.hpp"
 #include "experiment/write.hpp"
 #include "io/files.hpp"
+#include "io/node.hpp"
 #include "io/text.hpp"
 #include "report/report.hpp"
 #include "terminal/plot.hpp"
@@ -42,6 +43,7 @@ struct RunCommand {
 /// One study of the batch and where its results go.
 struct Job {
   std::string spec_name;
+  fs::path published;  // numbers to set beside; empty: none
   fs::path folder;
   fs::path spec_folder;  // of the whole spec: the folder itself, or the one above a sweep's points
 };
@@ -50,6 +52,11 @@ struct Batch {
   std::vector<Study> studies;
   std::vector<Job> jobs;
 };
+
+fs::path published_for(const RunCommand& command, const fs::path& spec, const Study& study) {
+  if (!command.against.empty()) return command.against;
+  return study.published.empty() ? fs::path() : spec.parent_path() / study.published;
+}
 
 Batch read_batch(const RunCommand& command) {
   Batch batch;
@@ -62,12 +69,15 @@ Batch read_batch(const RunCommand& command) {
                                   ": their results would overwrite each other");
     }
     for (std::size_t i = 0; i < studies.size(); ++i) {
-      batch.jobs.push_back({fs::path(spec).filename().string(), result_folder(command.out, studies[i], i), own});
+      batch.jobs.push_back({fs::path(spec).filename().string(), published_for(command, spec, studies[i]),
+                            result_folder(command.out, studies[i], i), own});
       batch.studies.push_back(studies[i]);
     }
   }
   return batch;
 }
+
+using Beside = std::map<fs::path, PublishedTable>;  // by spec folder
 
 /// What is said of the batch at its end.
 struct Tally {
@@ -151,22 +161,26 @@ void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
 }
 
 /// The page of each spec's folder.
-void write_pages(const std::set<fs::path>& folders, const Tally& tally,
-                 const std::optional<PublishedTable>& published) {
+void write_pages(const std::set<fs::path>& folders, const Tally& tally, const Beside& beside) {
   for (const fs::path& folder : folders) {
-    if (!published) {
+    if (!beside.contains(folder)) {
       write_reports({folder});
       continue;
     }
-    const Published beside{published->name, published->source, compare(tally.tables.at(folder), *published)};
-    write_reports({folder}, &beside);
+    const PublishedTable& table = beside.at(folder);
+    const Published published{table.name, table.source, compare(tally.tables.at(folder), table)};
+    write_reports({folder}, &published);
   }
 }
 
 ExitCode run(const RunCommand& command) {
   const Batch batch = read_batch(command);
-  std::optional<PublishedTable> published;
-  if (!command.against.empty()) published = read_published(command.against);
+  Beside beside;
+  for (const Job& job : batch.jobs) {
+    if (!job.published.empty() && !beside.contains(job.spec_folder)) {
+      beside[job.spec_folder] = read_published(job.published);
+    }
+  }
   Tally tally;
   const Loudness& loudness = command.loudness;
   Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "runs");
@@ -208,8 +222,11 @@ ExitCode run(const RunCommand& command) {
     if (job.folder != job.spec_folder && first_point) {
       write_file(job.spec_folder / "table.csv", to_csv(tally.tables[job.spec_folder]));
     }
+    if (first_point && !job.published.empty()) {
+      write_file(job.spec_folder / kPublishedFile, read_file(job.published, kMaxSpecBytes));
+    }
   }
-  if (!command.no_report) write_pages(written, tally, published);
+  if (!command.no_report) write_pages(written, tally, beside);
   print(tally, batch, command);
   return tally.exit();
 }
@@ -235,7 +252,7 @@ void declare_run(CLI::App& app, ExitCode& exit) {
                 "Leave out studies whose results are there, with the same settings and by the same program");
   sub->add_flag("--plot", command->plot, "Draw position and input of every controller over time");
   sub->add_option("--against", command->against,
-                  "Published numbers to set beside the results in report.html, e.g. configs/paper_table2.yaml");
+                  "Published numbers to set beside the results in report.html, instead of the spec's");
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   add_loudness(*sub, command->loudness);
   sub->footer(

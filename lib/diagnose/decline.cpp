@@ -87,8 +87,6 @@ class Choice {
   StandIn best_;
 };
 
-using enum Discrepancy::Scope;
-
 Remainder none(int) { return {}; }
 
 }  // namespace
@@ -102,10 +100,13 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   Choice choice(explanation, data, motion, horizon);
   choice.consider(nominal, whole, none);
   if (!best.effects.empty()) choice.consider(best, beside, none);
-  for (const Discrepancy::Scope scope : {leading, rich, all}) {
-    choice.consider(nominal, whole, [&](int out) { return discrepancy.remainder(target, whole, scope, out); });
-    if (best.effects.empty()) continue;
-    choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, beside, scope, out); });
+  for (const Discrepancy::Basis& basis : discrepancy.bases(target, whole)) {
+    choice.consider(nominal, whole, [&](int out) { return discrepancy.remainder(target, basis, out); });
+  }
+  if (!best.effects.empty()) {
+    for (const Discrepancy::Basis& basis : about_best.bases(best.residual, beside)) {
+      choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, basis, out); });
+    }
   }
   return choice.best();
 }
@@ -117,7 +118,8 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
   choice.consider(best, beside, none);
-  choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, beside, leading, out); });
+  const Discrepancy::Basis leading = about_best.leading(beside);
+  choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, leading, out); });
   return choice.best();
 }
 

@@ -10,22 +10,47 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kNegligible = 1e-4;  // of the largest weight
-constexpr int kBumps = 36;            // along each input
-constexpr int kFineBumps = 72;        // along the input: amplifiers have stairs
-constexpr int kStateBumps = 7;        // along each side of the grid over position and velocity
-constexpr int kProductBumps = 18;     // along the first of two causes
-constexpr double kTimeStep = 0.1;     // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;     // s between bumps in the time of one recording
-constexpr std::size_t kShapes = 8;    // of each effect that is weighed against a discrepancy
-constexpr std::size_t kKinds = 3;     // of discrepancy that effects are weighed against
-constexpr double kHistoryGain = 5.0;  // squares for each of its terms, that the past must explain beyond the present
+constexpr double kNegligible = 1e-4;    // of the largest weight
+constexpr int kBumps = 36;              // along each input
+constexpr int kFineBumps = 72;          // where edges are sharp
+constexpr int kStateBumps = 7;          // along each side of the grid over position and velocity
+constexpr int kProductBumps = 18;       // along the first of two causes
+constexpr int kPastBumps = 12;          // along what is remembered, for each time constant
+constexpr std::size_t kMostGroups = 4;  // of terms in a remainder, but for all
+constexpr double kRare = 0.05;          // of the samples, on either side of where fine terms lie
+constexpr std::size_t kTried = 2;       // sets of groups that are tried in free runs
+constexpr double kTimeStep = 0.1;       // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;       // s between bumps in the time of one recording
+constexpr std::size_t kShapes = 8;      // of each effect that is weighed against a discrepancy
+constexpr std::size_t kKinds = 3;       // of discrepancy that effects are weighed against
+constexpr double kHistoryGain = 5.0;    // squares for each of its terms, that the past must explain beyond the present
+constexpr std::array<double, 7> kMisfits{1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};  // noise, RMS
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 
 void add_bumps(std::vector<Term>& list, TermKind kind, int joint, double low, double high, int count,
                int recording = -1) {
   const double step = std::max(high - low, 1e-9) / (count - 1);
   for (int i = 0; i < count; ++i) list.push_back({kind, joint, recording, low + i * step, step});
+}
+
+/// Between what the motion of one joint mostly is: a pendulum that turned over once has a wide range.
+std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::MatrixXd Trajectory::*of, int joint) {
+  std::vector<double> all;
+  for (const Trajectory& path : paths) {
+    const Eigen::VectorXd values = (path.*of).col(joint);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  std::sort(all.begin(), all.end());
+  const auto at = [&](double part) {
+    return all[static_cast<std::size_t>(part * static_cast<double>(all.size() - 1))];
+  };
+  return {at(kRare), at(1.0 - kRare)};
+}
+
+/// Functions of what was between -most and most, low-passed.
+void add_past(std::vector<Term>& list, TermKind kind, int joint, double most, double time_constant) {
+  add_bumps(list, kind, joint, -most, most, kPastBumps);
+  for (std::size_t i = list.size() - kPastBumps; i < list.size(); ++i) list[i].c = time_constant;
 }
 
 }  // namespace
@@ -50,9 +75,15 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
         input{Cause::input, false, j, {}, {}}, time{Cause::time, false, j, {}, {}},
         history{Cause::history, false, j, {}, {}}, state{Cause::velocity, true, j, {}, {}},
         drag{Cause::velocity, true, j, {}, {}}, dry{Cause::velocity, true, j, {}, {}},
-        gain{Cause::input, true, j, {}, {}}, loss{Cause::input, true, j, {}, {}}, stairs{Cause::input, true, j, {}, {}};
+        gain{Cause::input, true, j, {}, {}}, loss{Cause::input, true, j, {}, {}}, stairs{Cause::input, true, j, {}, {}},
+        past_input{Cause::history, true, j, {}, {}}, fine_position{Cause::position, true, j, {}, {}},
+        fine_velocity{Cause::velocity, true, j, {}, {}}, past_velocity{Cause::history, true, j, {}, {}};
     add_bumps(position.terms, TermKind::bump_position, j, s.lowest, s.highest, kBumps);
     add_bumps(velocity.terms, TermKind::bump_velocity, j, -s.speed, s.speed, kBumps);
+    const auto [left, right] = most_of(about.paths, &Trajectory::position, j);
+    const auto [slowest, quickest] = most_of(about.paths, &Trajectory::velocity, j);
+    add_bumps(fine_position.terms, TermKind::bump_position, j, left, right, kFineBumps);
+    add_bumps(fine_velocity.terms, TermKind::bump_velocity, j, slowest, quickest, kFineBumps);
     for (const double part : {0.005, 0.03, 0.15})
       velocity.terms.push_back({TermKind::sign_velocity, j, -1, part * s.speed});
     if (s.input > 0.0) {
@@ -78,6 +109,10 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
       history.terms.push_back({TermKind::warm_dry, j, -1, tau, 0.01 * s.speed});
       history.terms.push_back({TermKind::reversal, j, -1, tau, 0.01 * s.speed});
     }
+    for (const double tau : {0.1, 0.3, 1.0}) {
+      if (s.input > 0.0) add_past(past_input.terms, TermKind::past_input, j, s.input, tau);
+      add_past(past_velocity.terms, TermKind::past_velocity, j, s.speed, tau);
+    }
     for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
       history.terms.push_back({TermKind::play, j, -1, part * (s.highest - s.lowest)});
     }
@@ -90,7 +125,8 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
     add_bumps(drag.terms, TermKind::position_drag, j, s.lowest, s.highest, kProductBumps);
     add_bumps(dry.terms, TermKind::position_dry, j, s.lowest, s.highest, kProductBumps);
     for (Term& term : dry.terms) term.c = 0.01 * s.speed;
-    for (Group* group : {&position, &velocity, &input, &time, &history, &state, &drag, &dry, &gain, &loss, &stairs}) {
+    for (Group* group : {&position, &velocity, &input, &time, &history, &state, &drag, &dry, &gain, &loss, &stairs,
+                         &past_input, &past_velocity, &fine_position, &fine_velocity}) {
       if (!group->terms.empty()) groups_.push_back(std::move(*group));
     }
   }
@@ -130,7 +166,8 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
       const auto kind = group.terms[static_cast<std::size_t>(i)].kind;
       double sum = 0.0, alike = 0.0;
       for (Eigen::Index k = 0; k < count; ++k) {
-        if (group.terms[static_cast<std::size_t>(k)].kind != kind || (group.cause == Cause::history && k != i))
+        if (group.terms[static_cast<std::size_t>(k)].kind != kind ||
+            (group.cause == Cause::history && !group.rich && k != i))
           continue;
         sum += squares[k];
         alike += 1.0;
@@ -144,19 +181,26 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
   }
 }
 
-Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
+Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, Noise noise) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(columns.transpose() * columns);
   const Eigen::ArrayXd lambda = solver.eigenvalues().array().max(0.0);
   const Eigen::ArrayXd g = (solver.eigenvectors().transpose() * (columns.transpose() * target)).array();
   Ridge best;
   best.weights = Eigen::VectorXd::Zero(columns.cols());
-  for (const double scale : kScales) {
-    const Eigen::ArrayXd s2 = Eigen::ArrayXd::Constant(lambda.size(), scale * scale);
-    const double gain = (g.square() * s2 / (1.0 + s2 * lambda)).sum();
-    const double evidence = 0.5 * (gain - (1.0 + s2 * lambda).log().sum());
-    if (evidence > best.log_evidence) {
-      const Eigen::ArrayXd w = g * s2 / (1.0 + s2 * lambda);
-      best = {evidence, scale, 2.0 * (w * g).sum() - (w.square() * lambda).sum(), solver.eigenvectors() * w.matrix()};
+  const double squares = target.squaredNorm();
+  const auto rows = static_cast<double>((target.array() != 0.0).count());
+  for (const double misfit : kMisfits) {
+    if (noise == Noise::known && misfit > 1.0) break;
+    const double r2 = misfit * misfit;
+    const double base = 0.5 * squares * (1.0 - 1.0 / r2) - 0.5 * rows * std::log(r2);
+    for (const double scale : kScales) {
+      const Eigen::ArrayXd s2 = Eigen::ArrayXd::Constant(lambda.size(), scale * scale / r2);
+      const double gain = (g.square() * s2 / (1.0 + s2 * lambda)).sum() / r2;
+      const double evidence = base + 0.5 * (gain - (1.0 + s2 * lambda).log().sum());
+      if (evidence > best.log_evidence) {
+        const Eigen::ArrayXd w = g * s2 / (1.0 + s2 * lambda);
+        best = {evidence, scale, 2.0 * (w * g).sum() - (w.square() * lambda).sum(), solver.eigenvectors() * w.matrix()};
+      }
     }
   }
   return best;
@@ -178,6 +222,7 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
       whole = std::max(whole, part);
       if (!group.rich) alone[static_cast<std::size_t>(group.cause)] = part;
       if (group.cause == Cause::history) {
+        if (group.rich) continue;
         terms = static_cast<double>(group.terms.size());
       } else {
         present = std::max(present, part);
@@ -201,41 +246,104 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
   return best;
 }
 
-/// The richer terms that explain `target` best, or none.
-const Discrepancy::Group* Discrepancy::best_rich(const Eigen::VectorXd& target, int joint) const {
-  const Group* best = nullptr;
-  double highest = 0.0;
-  for (const Group& group : groups_) {
-    if (group.joint != joint || !group.rich) continue;
-    if (const double evidence = ridge(group.columns, target).log_evidence; evidence > highest) {
-      highest = evidence;
-      best = &group;
-    }
+Eigen::MatrixXd Discrepancy::columns_of(const Basis& basis, const Eigen::VectorXd& target) const {
+  Eigen::MatrixXd all(target.size(), 0);
+  for (const std::size_t index : basis) {
+    const Eigen::MatrixXd& columns = groups_[index].columns;
+    const Eigen::Index before = all.cols();
+    all.conservativeResize(Eigen::NoChange, before + columns.cols());
+    all.rightCols(columns.cols()) = ridge(columns, target, Noise::unknown).scale * columns;
   }
+  return all;
+}
+
+Discrepancy::Basis Discrepancy::leading(const Dependence& on) const {
+  Basis basis;
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const Group& group = groups_[i];
+    if (group.joint == on.joint && group.cause == on.leads() && !group.rich) basis.push_back(i);
+  }
+  return basis;
+}
+
+std::vector<Discrepancy::Basis> Discrepancy::bases(const Eigen::VectorXd& target, const Dependence& on) const {
+  Basis candidates, chosen;
+  std::vector<Basis> result{leading(on)};
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const Group& group = groups_[i];
+    if (group.joint != on.joint || (group.cause == Cause::time && on.leads() != Cause::time)) continue;
+    candidates.push_back(i);
+  }
+  double reached = 0.0;
+  while (chosen.size() < kMostGroups) {
+    const Eigen::MatrixXd before = columns_of(chosen, target);
+    std::size_t best = groups_.size();
+    for (const std::size_t index : candidates) {
+      if (std::find(chosen.begin(), chosen.end(), index) != chosen.end()) continue;
+      const Eigen::MatrixXd added = columns_of({index}, target);
+      Eigen::MatrixXd columns(target.size(), before.cols() + added.cols());
+      columns << before, added;
+      const double evidence = ridge(columns, target, Noise::unknown).log_evidence;
+      if (evidence <= reached) continue;
+      reached = evidence;
+      best = index;
+    }
+    if (best == groups_.size()) break;
+    chosen.push_back(best);
+    if (std::find(result.begin(), result.end(), chosen) == result.end()) result.push_back(chosen);
+  }
+  std::vector<std::pair<double, std::size_t>> ranked;
+  for (std::size_t i = 0; i < result.size(); ++i) ranked.emplace_back(left_out_squares(target, result[i]), i);
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(std::min<std::size_t>(ranked.size(), kTried));
+  std::vector<Basis> best;
+  for (const auto& [squares, i] : ranked) best.push_back(result[i]);
   return best;
 }
 
-Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence& on, Scope scope, int left_out) const {
-  const auto lead = static_cast<Cause>(std::max_element(on.shares.begin(), on.shares.end()) - on.shares.begin());
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(target.size());
+Eigen::VectorXd Discrepancy::without(int fold, const Eigen::VectorXd& target) const {
   const LinearResponse& response = *about_.response;
   const std::vector<int> folds = folds_of(response.windows());
+  Eigen::VectorXd kept = target;
   for (std::size_t w = 0; w < folds.size(); ++w) {
-    if (folds[w] != left_out) continue;
-    weight.segment(response.first_row(w), response.row_count(w)).setZero();
+    if (folds[w] == fold) kept.segment(response.first_row(w), response.row_count(w)).setZero();
   }
+  return kept;
+}
+
+double Discrepancy::left_out_squares(const Eigen::VectorXd& target, const Basis& basis) const {
+  const LinearResponse& response = *about_.response;
+  const std::vector<int> folds = folds_of(response.windows());
+  const Eigen::MatrixXd columns = columns_of(basis, target);
+  double sum = 0.0, worst = 0.0;
+  std::vector<double> squares;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    const Eigen::VectorXd ones = without(fold, Eigen::VectorXd::Ones(target.size()));
+    const Ridge fit = ridge(ones.asDiagonal() * columns, ones.cwiseProduct(target), Noise::unknown);
+    const Eigen::VectorXd left = target - columns * fit.weights;
+    for (std::size_t w = 0; w < folds.size(); ++w) {
+      if (folds[w] != fold) continue;
+      const auto rows = [&](const Eigen::VectorXd& all) {
+        return all.segment(response.first_row(w), response.row_count(w)).squaredNorm();
+      };
+      squares.push_back(rows(left));
+      worst = std::max(worst, rows(target));
+    }
+  }
+  for (const double one : squares) sum += std::min(one, worst);
+  return sum;
+}
+
+Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Basis& basis, int left_out) const {
+  const LinearResponse& response = *about_.response;
+  const std::vector<int> folds = folds_of(response.windows());
+  const Eigen::VectorXd weight = without(left_out, Eigen::VectorXd::Ones(target.size()));
   const Eigen::VectorXd y = target.cwiseProduct(weight);
-  const Group* rich = scope == Scope::rich ? best_rich(y, on.joint) : nullptr;
   std::vector<const Group*> used;
   Eigen::Index count = 0;
-  for (const Group& group : groups_) {
-    if (group.joint != on.joint) continue;
-    const bool leads = group.cause == lead && !group.rich;
-    if (scope == Scope::leading && !leads) continue;
-    if (scope == Scope::rich && !leads && &group != rich) continue;
-    if (scope == Scope::all && group.cause == Cause::time && lead != Cause::time) continue;
-    used.push_back(&group);
-    count += group.columns.cols();
+  for (const std::size_t index : basis) {
+    used.push_back(&groups_[index]);
+    count += groups_[index].columns.cols();
   }
   Eigen::MatrixXd columns(target.size(), count);
   count = 0;
@@ -249,13 +357,13 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Dependence
       seen.col(kept++) = weight.cwiseProduct(group->columns.col(static_cast<Eigen::Index>(i)));
     }
     seen.conservativeResize(Eigen::NoChange, kept);
-    const double scale = ridge(seen, y).scale;
+    const double scale = ridge(seen, y, Noise::unknown).scale;
     for (std::size_t i = terms.size() - static_cast<std::size_t>(kept); i < terms.size(); ++i) terms[i].weight *= scale;
     columns.middleCols(count, kept) = scale * seen;
     count += kept;
   }
   columns.conservativeResize(Eigen::NoChange, count);
-  const Eigen::VectorXd weights = ridge(columns, y).weights;
+  const Eigen::VectorXd weights = ridge(columns, y, Noise::unknown).weights;
   Remainder result;
   for (int j = 0; j < joints(about_.excitation->plant()); ++j) {
     const Survey s = survey(about_.excitation->data(), about_.paths, j);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <map>
+#include <algorithm>
 
 #include "diagnose/explain.hpp"
 #include "physics/remainder.hpp"
@@ -25,15 +25,20 @@ class Discrepancy {
   struct Dependence {
     Shares shares{};
     int joint = 0;
+
+    Cause leads() const { return static_cast<Cause>(std::max_element(shares.begin(), shares.end()) - shares.begin()); }
   };
   Dependence dependence(const Eigen::VectorXd& target) const;
 
-  /// On what a remainder may depend: on the leading cause alone, also on those richer terms (products of two causes,
-  /// stairs) that explain most, or on all (time only if it leads, for its terms mean little elsewhere).
-  enum class Scope { leading, rich, all };
+  /// Groups of terms of which a remainder may consist, those that predict left-out windows best first: that of the
+  /// leading cause, or those that explain most together, one more at a time (time only if it leads, for its terms mean
+  /// little elsewhere).
+  using Basis = std::vector<std::size_t>;
+  std::vector<Basis> bases(const Eigen::VectorXd& target, const Dependence& on) const;
+  Basis leading(const Dependence& on) const;
 
-  /// The torque in one joint that explains `target` best; without the windows of the fold `left_out` if that is not -1.
-  Remainder remainder(const Eigen::VectorXd& target, const Dependence& on, Scope scope, int left_out = -1) const;
+  /// The torque that explains `target` best; without the windows of the fold `left_out` if that is not -1.
+  Remainder remainder(const Eigen::VectorXd& target, const Basis& basis, int left_out = -1) const;
 
   /// Log evidence of the best set of effects beside a discrepancy less that of the discrepancy alone, each with the
   /// size of the discrepancy that suits it best; and that set.
@@ -57,10 +62,20 @@ class Discrepancy {
     double explained = 0.0;
     Eigen::VectorXd weights;
   };
-  static Ridge ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target);
+  /// What is not explained may be the noise alone, or also what no term can say.
+  enum class Noise { known, unknown };
+  static Ridge ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, Noise noise = Noise::known);
+
+  /// Responses to all terms of a basis, each group's scaled to what suits `target`.
+  Eigen::MatrixXd columns_of(const Basis& basis, const Eigen::VectorXd& target) const;
+
+  /// `target` with the rows of one fold's windows zero.
+  Eigen::VectorXd without(int fold, const Eigen::VectorXd& target) const;
+
+  /// What a basis leaves of windows that were left out, each no more than the worst of `target`.
+  double left_out_squares(const Eigen::VectorXd& target, const Basis& basis) const;
 
   const Linearisation& about_;
-  const Group* best_rich(const Eigen::VectorXd& target, int joint) const;
 
   std::vector<Group> groups_;
 };

@@ -55,6 +55,9 @@ struct PublishedTable {
   }
 };
 
+/// The copy that `run` leaves in a result folder, so that pages and tables made later find it.
+inline constexpr std::string_view kPublishedFile = "published.yaml";
+
 PublishedTable read_published(const std::filesystem::path& file);
 
 /// Every published cell beside the result: experiment, controller, metric, result, published, deviation_percent,

@@ -79,6 +79,7 @@ struct Study {
   Tuning tuning;
   Named<Controller> controllers;
   Output output;
+  std::string published;
   std::vector<std::pair<std::string, std::string>> point;  // of a sweep: path and value, as text; set by code
 
   static void fields(auto& self, auto&& field) {
@@ -99,6 +100,7 @@ struct Study {
     field("tuning", self.tuning, {.text = "hyper-parameters by marginal likelihood"});
     field("controllers", self.controllers, {.text = "by name; the order is that of the tables", .required = true});
     field("output", self.output, {.text = "what is written beside the tables"});
+    field("published", self.published, {.text = "published numbers to set beside in the page, relative to this file"});
   }
 
   /// A constraint over several fields that does not hold, in words; empty when all do.

@@ -7,6 +7,8 @@ namespace bayesctrl {
 
 namespace {
 
+constexpr double kEdge = 0.1;  // of the range that was seen, over which a torque fades away beyond it
+
 double bump(double x, double centre, double width) {
   const double z = (x - centre) / width;
   return z * z > 30.0 ? 0.0 : std::exp(-0.5 * z * z);
@@ -40,6 +42,40 @@ Cause cause(TermKind kind) {
   }
 }
 
+Looks looks_at(TermKind kind) {
+  switch (kind) {
+    case TermKind::bump_position:
+    case TermKind::late_position:
+    case TermKind::play:
+      return {.position = true};
+    case TermKind::bump_velocity:
+    case TermKind::sign_velocity:
+    case TermKind::late_velocity:
+    case TermKind::past_velocity:
+    case TermKind::warm_viscous:
+    case TermKind::warm_dry:
+    case TermKind::reversal:
+      return {.velocity = true};
+    case TermKind::bump_input:
+    case TermKind::sign_input:
+    case TermKind::late_input:
+    case TermKind::past_input:
+    case TermKind::warm_motor:
+      return {.input = true};
+    case TermKind::bump_time:
+      return {};
+    case TermKind::bump_state:
+    case TermKind::position_drag:
+    case TermKind::position_dry:
+      return {.position = true, .velocity = true};
+    case TermKind::position_gain:
+      return {.position = true, .input = true};
+    case TermKind::velocity_gain:
+      return {.velocity = true, .input = true};
+  }
+  return {};
+}
+
 double Term::value(double q, double v, double u, double t, double m) const {
   switch (kind) {
     case TermKind::bump_position:
@@ -71,6 +107,9 @@ double Term::value(double q, double v, double u, double t, double m) const {
     case TermKind::late_position:
     case TermKind::play:
       return m - q;
+    case TermKind::past_input:
+    case TermKind::past_velocity:
+      return m;
     case TermKind::warm_viscous:
       return m * v;
     case TermKind::warm_dry:
@@ -92,6 +131,10 @@ double Term::first_memory(double q, double v, double u) const {
     case TermKind::late_position:
     case TermKind::play:
       return q;
+    case TermKind::past_input:
+      return bump(u, a, b);
+    case TermKind::past_velocity:
+      return bump(v, a, b);
     case TermKind::reversal:
       return std::copysign(1e-9, v);
     default:
@@ -107,6 +150,10 @@ double Term::remembered(double m, double q, double v, double u, double h) const 
       return follow(m, v, a, h);
     case TermKind::late_position:
       return follow(m, q, a, h);
+    case TermKind::past_input:
+      return follow(m, bump(u, a, b), c, h);
+    case TermKind::past_velocity:
+      return follow(m, bump(v, a, b), c, h);
     case TermKind::warm_viscous:
     case TermKind::warm_dry:
       return follow(m, v * v, a, h);
@@ -121,38 +168,55 @@ double Term::remembered(double m, double q, double v, double u, double h) const 
   }
 }
 
+Remainder::Seen Remainder::seen(const JointVector& q, const JointVector& v, const JointVector& u) const {
+  Seen seen{q, v, u};
+  for (std::size_t j = 0; j < regions.size(); ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    const Region& region = regions[j];
+    seen.q[row] = std::clamp(q[row], region.lowest, region.highest);
+    seen.v[row] = std::clamp(v[row], -region.speed, region.speed);
+    seen.u[row] = std::clamp(u[row], -region.input, region.input);
+  }
+  return seen;
+}
+
 Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, const JointVector& u) const {
+  const Seen at = seen(q, v, u);
   Memory memory;
-  for (const Term& term : terms) memory.push_back(term.first_memory(q[term.joint], v[term.joint], u[term.joint]));
+  for (const Term& term : terms)
+    memory.push_back(term.first_memory(at.q[term.joint], at.v[term.joint], at.u[term.joint]));
   return memory;
 }
 
 void Remainder::advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                         double h) const {
+  const Seen at = seen(q, v, u);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
-    memory[i] = terms[i].remembered(memory[i], q[j], v[j], u[j], h);
+    memory[i] = terms[i].remembered(memory[i], at.q[j], at.v[j], at.u[j], h);
   }
 }
 
 JointVector Remainder::torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                               double t) const {
+  const Seen at = seen(q, v, u);
+  Looks all;
+  for (const Term& term : terms) {
+    const Looks looks = looks_at(term.kind);
+    all = {all.position || looks.position, all.velocity || looks.velocity, all.input || looks.input};
+  }
+  const bool several = all.position + all.velocity + all.input > 1;
   JointVector sum = JointVector::Zero(q.size());
-  JointVector at = q, speed = v, input = u, fade = JointVector::Ones(q.size());
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const int j = terms[i].joint;
+    sum[j] += terms[i].weight * terms[i].value(at.q[j], at.v[j], at.u[j], t, memory[i]);
+  }
   for (std::size_t j = 0; j < regions.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(j);
     const Region& region = regions[j];
-    at[row] = std::clamp(q[row], region.lowest, region.highest);
-    speed[row] = std::clamp(v[row], -region.speed, region.speed);
-    input[row] = std::clamp(u[row], -region.input, region.input);
-    fade[row] = bump(q[row], at[row], 0.1 * (region.highest - region.lowest));
-  }
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    const Term& term = terms[i];
-    const int j = term.joint;
-    const bool late = cause(term.kind) == Cause::history;  // compares with what it remembers
-    sum[j] += fade[j] * term.weight *
-              (late ? term.value(q[j], v[j], u[j], t, memory[i]) : term.value(at[j], speed[j], input[j], t, memory[i]));
+    if (all.position) sum[row] *= bump(q[row], at.q[row], kEdge * (region.highest - region.lowest));
+    if (several) sum[row] *= bump(v[row], at.v[row], 2.0 * kEdge * region.speed);
+    if (several && region.input > 0.0) sum[row] *= bump(u[row], at.u[row], 2.0 * kEdge * region.input);
   }
   for (std::size_t j = 0; j < regions.size(); ++j) {
     double& torque = sum[static_cast<Eigen::Index>(j)];

@@ -29,21 +29,29 @@ enum class TermKind {
   late_input,     // m - u, m' = (u - m) / a
   late_velocity,  // m - v, m' = (v - m) / a
   late_position,  // m - q, m' = (q - m) / a
+  past_input,     // m, m' = (exp(-(u - a)^2 / 2 b^2) - m) / c
+  past_velocity,  // m, m' = (exp(-(v - a)^2 / 2 b^2) - m) / c
   warm_viscous,   // m v, m' = (v^2 - m) / a
   warm_dry,       // m tanh(v / b), m' = (v^2 - m) / a
   warm_motor,     // m u, m' = (u^2 - m) / a
   play,           // m - q, m follows q at the ends of a gap of half-width a
   reversal,       // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
 };
-constexpr std::array<std::string_view, 19> names(TermKind) {
-  return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",
-          "bump_time",     "bump_state",    "position_drag", "position_dry",  "position_gain",
-          "velocity_gain", "late_input",    "late_velocity", "late_position", "warm_viscous",
-          "warm_dry",      "warm_motor",    "play",          "reversal"};
+constexpr std::array<std::string_view, 21> names(TermKind) {
+  return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",    "bump_time",
+          "bump_state",    "position_drag", "position_dry",  "position_gain", "velocity_gain", "late_input",
+          "late_velocity", "late_position", "past_input",    "past_velocity", "warm_viscous",  "warm_dry",
+          "warm_motor",    "play",          "reversal"};
 }
 
 /// What a term looks at.
 Cause cause(TermKind kind);
+
+/// What the value of a term is a function of.
+struct Looks {
+  bool position = false, velocity = false, input = false;
+};
+Looks looks_at(TermKind kind);
 
 /// One term of a torque that no catalogue explains.
 struct Term {
@@ -66,7 +74,8 @@ struct Term {
 /// A torque in the joints that is a sum of terms: the posterior mean of Gaussian processes over what the missing torque
 /// depends on, written in features.
 struct Remainder {
-  /// What the terms have seen of one joint; beyond it they fade away.
+  /// What the terms have seen of one joint. A function of the velocity or of the input alone stays beyond it as it is
+  /// at its edge; of the position, or of several, it fades away.
   struct Region {
     double lowest = 0.0, highest = 0.0, speed = 0.0, input = 0.0;
     double torque = 1e300;  // largest that was seen: no more is given
@@ -83,6 +92,12 @@ struct Remainder {
   void advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u, double h) const;
   JointVector torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                      double t) const;
+
+ private:
+  struct Seen {
+    JointVector q, v, u;
+  };
+  Seen seen(const JointVector& q, const JointVector& v, const JointVector& u) const;
 };
 
 }  // namespace bayesctrl

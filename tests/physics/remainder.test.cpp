@@ -33,19 +33,37 @@ TEST_CASE("A remainder that remembers moves a slide as its differential equation
   CHECK(q(400, 0) == Approx(x).epsilon(3e-3));
 }
 
-TEST_CASE("Beyond what it has seen a remainder goes on constant in velocity and input and fades in position",
+TEST_CASE("Beyond what it has seen a remainder of one cause goes on constant, of the position or of several it fades",
           "[remainder]") {
-  Remainder remainder;
-  remainder.terms.push_back({TermKind::sign_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, 3.0});
-  remainder.regions.push_back({-1.0, 1.0, 2.0, 1.0, 10.0});
-  const auto torque = [&](double q, double v, double u) {
+  const auto torque = [](const std::vector<Term>& terms, double q, double v, double u) {
+    const Remainder remainder{terms, {{-1.0, 1.0, 2.0, 1.5, 10.0}}};
     const JointVector at = JointVector::Constant(1, q), speed = JointVector::Constant(1, v),
                       input = JointVector::Constant(1, u);
     return remainder.torque(remainder.begin(at, speed, input), at, speed, input, 0.0)[0];
   };
-  CHECK(torque(0.0, 5.0, 0.0) == torque(0.0, 2.0, 0.0));
-  CHECK(torque(0.0, 1.0, 9.0) == torque(0.0, 1.0, 0.0));
-  CHECK(std::abs(torque(3.0, 2.0, 0.0)) < 1e-6);
+  const Term drag{TermKind::sign_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, 3.0};
+  const Term amplifier{TermKind::past_input, 0, -1, 1.0, 0.5, 0.3, 1.0, 3.0};
+  const Term magnet{TermKind::bump_position, 0, -1, 0.8, 0.4, 0.0, 1.0, 3.0};
+  CHECK(torque({drag}, 0.0, 5.0, 0.0) == torque({drag}, 0.0, 2.0, 0.0));
+  CHECK(torque({drag}, 30.0, 1.0, 9.0) == torque({drag}, 0.0, 1.0, 0.0));
+  CHECK(torque({amplifier}, 30.0, 9.0, 7.0) == torque({amplifier}, 0.0, 0.0, 1.5));
+  CHECK(torque({magnet}, 0.9, 50.0, 9.0) == torque({magnet}, 0.9, 0.0, 0.0));
+  CHECK(std::abs(torque({magnet}, 3.0, 0.0, 0.0)) < 1e-6);
+  const std::vector<Term> both{drag, amplifier};
+  CHECK(torque(both, 30.0, 1.0, 1.0) == torque(both, 0.0, 1.0, 1.0));
+  CHECK(std::abs(torque(both, 0.0, 6.0, 1.0)) < 1e-6);
+  CHECK(std::abs(torque(both, 0.0, 1.0, 4.0)) < 1e-6);
+}
+
+TEST_CASE("What a term remembers of the past follows what is there now as a first-order lag", "[remainder]") {
+  // A low-passed function of u: after a step from 0 to 1 it goes over as 1 - exp(-t / tau).
+  constexpr double kTau = 0.4;
+  const Term term{TermKind::past_input, 0, -1, 1.0, 0.3, kTau, 1.0, 1.0};
+  const double before = term.first_memory(0.0, 0.0, 0.0), after = term.first_memory(0.0, 0.0, 1.0);
+  CHECK(after == 1.0);
+  double m = before;
+  for (int k = 0; k < 50; ++k) m = term.remembered(m, 0.0, 0.0, 1.0, 0.01);
+  CHECK(term.value(0.0, 0.0, -5.0, 0.0, m) == Approx(after + (before - after) * std::exp(-0.5 / kTau)));
 }
 
 TEST_CASE("Joints whose friction and remainder set one another free without end rest until the next sample",
