@@ -22,6 +22,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     double scale = 1.0;
     int jobs = 0;
     bool no_report = false;
+    bool resume = false;
     Loudness loudness;
     std::vector<std::string> assignments;
   };
@@ -33,6 +34,8 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
       ->check(CLI::Range(0.001, 100.0));
   sub->add_option("--out", command->out, "Folder; default: results/NAME")->type_name("DIR");
   sub->add_option("-j,--jobs", command->jobs, "Processes at a time; default: one per core");
+  sub->add_flag("--resume", command->resume,
+                "Keep what an interrupted trial of the same machines has diagnosed, by the same program");
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   add_set_option(*sub, command->assignments);
   add_loudness(*sub, command->loudness);
@@ -52,13 +55,13 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     for (const std::uint64_t seed : command->seeds) {
       spec.seed = seed;
       const auto place = command->seeds.size() == 1 ? folder : folder / ("seed-" + std::to_string(seed));
-      const TrialResult result =
-          run_trial(spec, place,
-                    {"/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); },
-                     [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted});
+      const TrialResult result = run_trial(
+          spec, place,
+          {"/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); },
+           [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted, command->resume});
       if (interrupted()) {
         std::cerr << "interrupted: cases and diagnoses in " << place.string()
-                  << " are whole; the same command begins anew\n";
+                  << " are whole; the same command with --resume does the rest\n";
         exit = ExitCode::interrupted;
         return;
       }

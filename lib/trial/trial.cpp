@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "base/error.hpp"
@@ -16,6 +17,7 @@
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/json.hpp"
+#include "io/provenance.hpp"
 #include "io/table.hpp"
 #include "trial/cases.hpp"
 #include "trial/score.hpp"
@@ -64,6 +66,15 @@ double diagnose_apart(const fs::path& program, const fs::path& spec, const fs::p
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+constexpr const char* kSpent = "processor_seconds.json";  // the last file of a diagnosis: it is finished
+
+/// Processor seconds of a diagnosis that this revision of the program has finished, or nothing.
+std::optional<double> spent_on(const fs::path& diagnosis) {
+  if (!fs::exists(diagnosis / kSpent) || !fs::exists(diagnosis / "provenance.json")) return std::nullopt;
+  if (read_json(diagnosis / "provenance.json").value("revision", "") != program_revision()) return std::nullopt;
+  return read_json(diagnosis / kSpent).get<double>();
 }
 
 /// Calls work(i) for each i from several threads.
@@ -124,7 +135,7 @@ Table table_of(const std::vector<Scored>& cases) {
 }  // namespace
 
 TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const TrialOptions& options) {
-  const auto& [program, workers, say, progress, interrupted] = options;
+  const auto& [program, workers, say, progress, interrupted, resume] = options;
   const std::vector<trial::Order> orders = trial::orders(spec);
   say("drawing " + std::to_string(orders.size()) + " machines with seed " + std::to_string(spec.seed));
   std::vector<ordered_json> truths(orders.size());
@@ -145,7 +156,10 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
   for (std::size_t i = 0; i < orders.size(); ++i) all[orders[i].name] = truths[i];
   const std::string sealed = all.dump(1) + "\n";
   say("truth sealed, SHA-256 " + sha256(sealed));
-  write_file(folder / "truth.json", sealed);
+  const fs::path truth_file = folder / "truth.json";
+  const bool same = resume && fs::exists(truth_file) && read_json(truth_file) == all;
+  if (resume && !same) say("nothing to resume: no such machines in " + folder.string());
+  write_file(truth_file, sealed);
 
   say("diagnosing in " + std::to_string(workers) + " processes");
   std::vector<double> seconds(orders.size(), -1.0);
@@ -154,13 +168,16 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
   in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
     if (made[i] == 0) return;
     const fs::path place = folder / "cases" / orders[i].name;
-    seconds[i] = diagnose_apart(program, place / "spec.yaml", folder / "diagnoses" / orders[i].name);
+    const fs::path out = folder / "diagnoses" / orders[i].name;
+    const std::optional<double> spent = same ? spent_on(out) : std::nullopt;
+    seconds[i] = spent ? *spent : diagnose_apart(program, place / "spec.yaml", out);
+    if (!spent && seconds[i] >= 0.0) write_file(out / kSpent, ordered_json(seconds[i]).dump() + "\n");
     const std::scoped_lock lock(counting);
     progress(++finished, orders.size());
   });
   if (interrupted()) return {};
 
-  const ordered_json truth = read_json(folder / "truth.json");
+  const ordered_json truth = read_json(truth_file);
   std::vector<Scored> scored;
   int skipped = 0, failed = 0;
   for (std::size_t i = 0; i < orders.size(); ++i) {

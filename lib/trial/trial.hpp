@@ -51,6 +51,7 @@ struct TrialOptions {
   std::function<void(const std::string&)> say;                        // one line after another
   std::function<void(std::size_t done, std::size_t total)> progress;  // of diagnoses
   std::function<bool()> interrupted;
+  bool resume = false;  // keep the diagnoses of the same machines that this revision of the program has finished
 };
 
 /// Draws, records, seals, diagnoses, scores, writes everything into `folder`. Throws IoError.

@@ -137,3 +137,31 @@ TEST_CASE("Ctrl-C ends a diagnosis at once, with exit 130 and a word on how to g
   CHECK_THAT(result.err, Catch::StartsWith("interrupted: ") && Catch::Contains("run the same command again"));
   CHECK_FALSE(fs::exists(folder.path() / "out"));
 }
+
+TEST_CASE("A trial goes on where Ctrl-C ended it: what was diagnosed is kept, the figures are those of one run",
+          "[apps][trial]") {
+  const Folder folder;
+  const fs::path spec = folder.path() / "trial.yaml", out = folder.path() / "out";
+  write_file(spec, "per_effect: 0\npairs: 0\ntriples: 0\noutside: 0\nnothing: 4\npysindy_cases: false\nseed: 3\n");
+  Command command({BAYESCTRL_BINARY, "trial", spec, "--out", out, "--jobs", "1"});
+  const fs::path first = out / "diagnoses" / "nothing_0", finished = first / "processor_seconds.json";
+  REQUIRE(appears(finished));
+  command.interrupt();
+  const CommandResult stopped = command.wait();
+  CHECK(stopped.status == 130);
+  CHECK_THAT(stopped.err, Catch::Contains("the same command with --resume does the rest"));
+  CHECK_FALSE(fs::exists(out / "summary.json"));
+
+  const auto written = fs::last_write_time(first / "diagnosis.json");
+  const std::vector<std::string> again{"trial", spec, "--out", out, "--resume", "--json"};
+  REQUIRE(bayesctrl_with(again).status == 0);
+  CHECK(fs::last_write_time(first / "diagnosis.json") == written);
+  const auto cases = files_below(out).at("cases.csv");
+  CHECK(std::count(cases.begin(), cases.end(), '\n') == 5);
+
+  // Machines of another seed share nothing with these.
+  std::vector<std::string> other = again;
+  other.insert(other.end(), {"--seed", "4"});
+  REQUIRE(bayesctrl_with(other).status == 0);
+  CHECK(fs::last_write_time(first / "diagnosis.json") != written);
+}

@@ -135,7 +135,6 @@ TEST_CASE("The page of the paper's studies and the arm is small and holds all of
     shown.push_back(folder.path() / name);
   }
   REQUIRE(bayesctrl_with(run).status == 0);
-  shown.insert(shown.end(), {"--against", config("paper_table2.yaml")});
   REQUIRE(bayesctrl_with(shown).status == 0);
   const std::string html = read_file(folder.path() / "report.html", kMostBytes);
   CHECK(html.size() < 3'000'000);
@@ -143,6 +142,26 @@ TEST_CASE("The page of the paper's studies and the arm is small and holds all of
   CHECK(data["studies"].size() == 4);
   CHECK(data["published"]["cells"].size() == 36);
   for (const auto& cell : data["published"]["cells"]) CHECK(cell["ok"] == "yes");
+}
+
+TEST_CASE("Numbers that a spec names as published stand beside the results, in the page of run and in later ones",
+          "[report]") {
+  const Folder folder;
+  const fs::path spec = folder.path() / "slide.yaml", numbers = folder.path() / "numbers.yaml",
+                 out = folder.path() / "o";
+  write_file(spec, slide_text() + "published: numbers.yaml\n");
+  const CommandResult missing = bayesctrl_with({"validate", spec});
+  CHECK(missing.status == 2);
+  CHECK_THAT(missing.err, Contains(spec.string() + ":") && Contains("there is no file " + numbers.string()));
+
+  write_file(numbers,
+             "name: Table 9\nsource: nobody\ncells:\n"
+             "  - {experiment: slide, controller: P1, metric: squared_error, value: 1, relative: 0.01}\n");
+  REQUIRE(bayesctrl_with({"run", spec, "--out", out, "--quiet"}).status == 0);
+  const std::string page = read_file(out / "slide" / "report.html", kMostBytes);
+  CHECK(data_of(page)["published"]["name"] == "Table 9");
+  CHECK(bayesctrl_with({"report", out / "slide"}).status == 0);
+  CHECK(read_file(out / "slide" / "report.html", kMostBytes) == page);
 }
 
 TEST_CASE("run writes the page, one for a whole sweep, and --no-report leaves it out", "[report]") {
