@@ -260,10 +260,12 @@ void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
     scaled.row(i) *= s;
     scaled.col(i) *= s;
   }
-  const double log_det =
-      scaled.size() == 0 ? 0.0 : 2.0 * Eigen::MatrixXd(scaled.llt().matrixL()).diagonal().array().log().sum();
+  // The identity and what the data add: no pivot is below 1, but rounding in an ill-conditioned one may put it there.
+  double log_det = 0.0;
+  if (scaled.size() > 0) log_det = scaled.ldlt().vectorD().array().max(1.0).log().sum();
   fit.log_evidence =
       -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
+  if (!curvature.allFinite() || !std::isfinite(fit.log_evidence)) fit.log_evidence = -kInfinity;
 }
 
 double Fit::deviation(int effect, std::string_view name) const {

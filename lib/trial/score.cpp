@@ -139,7 +139,7 @@ Scored score(const std::string& name, const ordered_json& truth, const ordered_j
     int sets = 1;
     bool among = right;
     for (const ordered_json& other : d["alternatives"]) {
-      if (other["probability"].get<double>() < 0.02) continue;
+      if (!(value(other["probability"]) >= 0.02)) continue;
       Set names;
       for (const ordered_json& n : other["effects"]) names.insert(n.get<std::string>());
       if (++sets <= 3 && names == wanted) among = true;
