@@ -102,3 +102,25 @@ TEST_CASE("A catalogue of which nothing can act leaves the nominal alone", "[dia
   CHECK(found.best().fit.effects.empty());
   CHECK(found.p_value(found.best().fit) < 1e-6);
 }
+
+TEST_CASE("A fit's evidence is a number though its parameters do the same, and none where slopes are none",
+          "[diagnose][fit]") {
+  const Machine machine(kPendulum, {{CoulombFriction{0.3}, 0, -1}, {ViscousFriction{0.2}, 0, -1}});
+  const std::vector<Measured> data{record(machine, -1.0, 5)};
+  const ExplainOptions options{{EffectForm{CoulombFriction{}}.index(), EffectForm{ViscousFriction{}}.index()}, {}};
+  const Explanation found = explain(kPendulum, data, options);
+  const FitProblem problem = problem_about(*found.measured, found, data, options);
+  Fit fit = found.best().fit;
+  REQUIRE(fit.unknowns.size() == 2);
+  Eigen::MatrixXd slopes(fit.residual.size(), 2);
+  slopes.col(0) = Eigen::VectorXd::LinSpaced(slopes.rows(), -1.0, 1.3);
+  slopes.col(1) = slopes.col(0) * 0.7;
+  for (const double size : {1.0, 1e6, 1e9, 1e12}) {
+    INFO(size);
+    weigh(problem, fit, size * slopes);
+    CHECK(std::isfinite(fit.log_evidence));
+  }
+  slopes(0, 0) = std::nan("");
+  weigh(problem, fit, slopes);
+  CHECK(fit.log_evidence == -kInfinity);
+}
