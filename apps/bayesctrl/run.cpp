@@ -55,7 +55,11 @@ struct Batch {
 
 fs::path published_for(const RunCommand& command, const fs::path& spec, const Study& study) {
   if (!command.against.empty()) return command.against;
-  return study.published.empty() ? fs::path() : spec.parent_path() / study.published;
+  if (study.published.empty()) return {};
+  fs::path file = spec.parent_path() / study.published;
+  if (fs::exists(file)) return file;
+  std::cerr << spec.string() << ": the page has no published numbers, " << file.string() << " is not there\n";
+  return {};
 }
 
 Batch read_batch(const RunCommand& command) {

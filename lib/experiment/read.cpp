@@ -1,7 +1,6 @@
 #include "experiment/read.hpp"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "io/emit.hpp"
 #include "io/read.hpp"
@@ -81,17 +80,6 @@ Study read_point(Node spec, const std::vector<Axis>& axes, const std::vector<std
   }
 }
 
-/// Published numbers are found beside the spec, whose errors are better told before a long run than after it.
-void require_published(const Node& spec, const Study& study) {
-  const Node::Entry* entry = spec.find("published");
-  if (entry == nullptr) return;
-  const std::filesystem::path file = std::filesystem::path(spec.where.file).parent_path() / study.published;
-  if (!std::filesystem::is_regular_file(file)) {
-    throw SpecError(entry->value.where,
-                    "published: there is no file " + file.string() + "; it is looked for beside the spec");
-  }
-}
-
 }  // namespace
 
 std::vector<Study> read_studies(const Node& spec) {
@@ -102,7 +90,6 @@ std::vector<Study> read_studies(const Node& spec) {
   std::vector<std::size_t> index(axes.size(), 0);
   while (true) {
     studies.push_back(read_point(root, axes, index));
-    require_published(root, studies.back());
 
     std::size_t a = axes.size();
     while (a > 0 && ++index[a - 1] == axes[a - 1].values.size()) index[--a] = 0;
