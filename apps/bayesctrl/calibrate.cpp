@@ -49,7 +49,7 @@ void declare_calibrate(CLI::App& app, ExitCode& exit) {
   CLI::App* sub = app.add_subcommand("calibrate", "Search settings that a publication does not report");
   sub->add_option("SPEC", command->spec, "YAML spec of a calibration, e.g. configs/calibrate_exp1.yaml")->required();
   sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
-      ->check(CLI::Range(0, 4096));
+      ->check(CLI::Range(0, kMostJobs));
   sub->add_option("--show", command->show, "How many of the best searches are shown")->capture_default_str();
   add_loudness(*sub, command->loudness);
   sub->callback([command, &exit] { exit = run(*command); });

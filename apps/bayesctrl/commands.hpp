@@ -43,12 +43,20 @@ struct Loudness {
 };
 void add_loudness(CLI::App& command, Loudness& loudness);
 void add_json_option(CLI::App& command, bool& json);
+void add_format_option(CLI::App& command, std::string& format);  // "text", "md" or "markdown", "csv", "json"
+
+/// Numbers of threads or processes beyond this are mistakes.
+inline constexpr int kMostJobs = 4096;
+
+/// A seed, which CLI11 itself would take from -1 as well, as 2^64 - 1.
+CLI::Validator seed_check();
 
 /// Checks that a word is one of these, with "did you mean"; --help and the shell completion show them.
 CLI::Validator one_of(const std::vector<std::string>& words);
 
-/// A spec with the assignments of --set. Throws SpecError or IoError.
-Node read_spec(const std::string& path, const std::vector<std::string>& assignments);
+/// A spec with the assignments of --set, of one kind ("study", inspect/kinds.hpp) or of any. Throws SpecError or
+/// IoError.
+Node read_spec(const std::string& path, const std::vector<std::string>& assignments, std::string_view kind = {});
 
 /// True from the first Ctrl-C (SIGINT) or SIGTERM on; the handlers are set by main.
 bool interrupted();

@@ -39,22 +39,26 @@ void print(const ordered_json& d) {
     }
   }
   if (!said["effects"].empty()) {
-    std::cout << "  " << said["equation"].get<std::string>() << "\n  probability " << number(said["probability"])
-              << "\n";
+    std::cout << "  " << said["equation"].get<std::string>() << "\n  probability "
+              << percent_text(said["probability"].get<double>()) << "\n";
   }
   for (const auto& [name, p] : d["parameters"].items()) {
     if (p["value"] == p["nominal"]) continue;
     std::cout << "  the model's " << name << ": " << number(p["nominal"]) << " -> " << number(p["value"]) << " +- "
-              << format(p["sd"].get<double>(), 2) << "\n";
+              << format(p["sd"].get<double>(), 2) << " " << p["unit"].get<std::string>() << "\n";
   }
   for (const ordered_json& names : d["indistinguishable"]) {
     std::cout << "  these recordings cannot separate:";
-    for (const ordered_json& name : names) std::cout << " " << name.get<std::string>();
+    for (const ordered_json& name : names) {
+      std::cout << (&name == &names.front() ? " " : ", ") << name.get<std::string>();
+    }
     std::cout << "\n";
   }
   for (const ordered_json& other : d["alternatives"]) {
     if (other["probability"].get<double>() < 0.01) continue;
-    std::cout << "  or, with probability " << number(other["probability"]) << ":";
+    const bool counted = other["indistinguishable"].get<bool>();  // in the probability above
+    std::cout << (counted ? "  which no recording here tells from" : "  or, with probability ")
+              << (counted ? "" : percent_text(other["probability"].get<double>())) << ":";
     if (other["effects"].empty()) std::cout << " nothing is missing";
     for (const ordered_json& name : other["effects"]) std::cout << " " << name.get<std::string>();
     std::cout << "\n";
@@ -62,9 +66,11 @@ void print(const ordered_json& d) {
   const ordered_json& mismatch = d["mismatch"];
   if (mismatch["detected"].get<bool>()) {
     std::cout << "  the missing torque depends on";
+    bool first = true;
     for (const auto& [name, share] : mismatch["depends_on"].items()) {
-      if (share.get<double>() >= 0.05)
-        std::cout << " " << name << " " << format(100.0 * share.get<double>(), 2) << " %";
+      if (share.get<double>() < 0.05) continue;
+      std::cout << (first ? " " : ", ") << name << " (" << format(100.0 * share.get<double>(), 2) << " %)";
+      first = false;
     }
     std::cout << "\n";
   }
@@ -120,22 +126,29 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   sub->add_flag("--plot", command->plot, "Draw measured position and missing torque over time");
   add_loudness(*sub, command->loudness);
+  sub->footer(
+      "Examples:\n"
+      "  bayesctrl diagnose diagnosis.yaml --out results/slide\n"
+      "  bayesctrl diagnose configs/real/emps.yaml --set horizon_s=0.25");
   sub->callback([command] {
     end_at_once("interrupted: diagnoses that were written are whole; run the same command again for the others\n");
     const Loudness& loudness = command->loudness;
-    Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "diagnoses");
+    Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "%");
     ordered_json list = ordered_json::array();
     for (const std::string& path : command->specs) {
-      const DiagnosisSpec spec = read_diagnosis_spec(read_spec(path, command->assignments));
+      const DiagnosisSpec spec = read_diagnosis_spec(read_spec(path, command->assignments, "diagnosis"));
       fs::path folder = command->out;
       if (folder.empty()) folder = fs::path("results") / "diagnose" / slug(spec.name);
       if (!command->out.empty() && command->specs.size() > 1) folder /= slug(spec.name);
-      const Diagnosis diagnosis = diagnose(spec);
+      const std::size_t of_all = 100 * command->specs.size();
+      const Diagnosis diagnosis = diagnose(spec, [&](int percent, std::string_view stage) {
+        progress(100 * list.size() + static_cast<std::size_t>(percent), of_all, spec.name + ": " + std::string(stage));
+      });
+      progress.clear();
       write_diagnosis(diagnosis, folder);
       write_file(folder / "provenance.json",
                  provenance(fs::path(path).filename().string(), to_json(spec)).dump(2) + "\n");
       if (!command->no_report) write_reports({folder});
-      progress(list.size() + 1, command->specs.size());
       list.push_back({{"folder", folder.string()}, {"diagnosis", diagnosis.json}});
       if (loudness.quiet || loudness.json) continue;
       print(diagnosis.json);

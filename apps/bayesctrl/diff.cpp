@@ -58,12 +58,13 @@ void declare_diff(CLI::App& app, ExitCode& exit) {
   sub->add_option("DIR", options->folders,
                   "Two or more folders that run, diagnose or trial wrote; the first is the reference")
       ->required()
-      ->expected(2, 1000);
-  sub->add_option("--format", options->format, "What is printed")
-      ->check(one_of({"text", "markdown", "csv", "json"}))
-      ->capture_default_str();
+      ->expected(2, -1);
+  add_format_option(*sub, options->format);
   add_json_option(*sub, options->json);
   sub->add_flag("--exit-code", options->exit_code, "Exit with 1 if there is a difference");
+  sub->footer(
+      "Example:\n"
+      "  bayesctrl diff results/exp1 results/probe5 --format md");
   sub->callback([options, &exit] {
     std::vector<ResultValues> results;
     for (const std::string& folder : options->folders) results.push_back(read_results(folder));

@@ -16,6 +16,7 @@ struct InitOptions {
   std::vector<std::string> recordings;
   std::string plant;
   std::string out;
+  NamedColumns columns;
   bool force = false;
 };
 
@@ -47,20 +48,29 @@ void declare_init(CLI::App& app, ExitCode& /*exit*/) {
   add_options(*experiment, *study, "experiment.yaml");
   experiment->callback([study] {
     write(*study, experiment_starter(study->plant.empty() ? Pendulum::kName : study->plant),
-          "set the machine's parameters and the task; then bayesctrl validate, bayesctrl run");
+          "set the machine's parameters and the task; bayesctrl validate says what is wrong; then bayesctrl run");
   });
 
   auto doubt = std::make_shared<InitOptions>();
   CLI::App* diagnosis =
       sub->add_subcommand("diagnosis", "A spec of a diagnosis, with columns guessed from a recording");
   diagnosis->add_option("FILE", doubt->recordings, "Recordings of the real machine: CSV or MATLAB files")->required();
+  diagnosis->add_option("--position", doubt->columns.position, "Its columns, where no name is known; one per joint")
+      ->type_name("COLUMN")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  diagnosis->add_option("--input", doubt->columns.input, "The same of the input")
+      ->type_name("COLUMN")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  diagnosis->add_option("--time", doubt->columns.time, "The same of the time")->type_name("COLUMN");
   add_options(*diagnosis, *doubt, "diagnosis.yaml");
   diagnosis->callback([doubt] {
     write(*doubt,
           diagnosis_starter({doubt->recordings.begin(), doubt->recordings.end()}, doubt->plant,
-                            std::filesystem::path(doubt->out).parent_path()),
-          "check the guesses in its comments (columns, units) and set the model's parameters; then bayesctrl "
-          "validate, bayesctrl diagnose");
+                            std::filesystem::path(doubt->out).parent_path(), doubt->columns),
+          "check the guesses in its comments (columns, units) and set the model's parameters; bayesctrl validate "
+          "says what is wrong; then bayesctrl diagnose");
   });
 }
 

@@ -104,6 +104,10 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
   for (const Family& known : kFamilies) families.emplace_back(known.name);
   sub->add_option("FAMILY", command->family, "Only this family")->check(one_of(families));
   add_json_option(*sub, command->json);
+  sub->footer(
+      "Examples:\n"
+      "  bayesctrl list effects\n"
+      "  bayesctrl list plants --json");
   sub->callback([command] {
     ordered_json shown;
     for (const Family& known : kFamilies) {

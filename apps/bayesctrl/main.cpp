@@ -36,7 +36,9 @@ constexpr const char* kFooter = R"(Examples:
   bayesctrl run configs/exp1.yaml                       the paper's Experiment 1, results in results/exp1
   bayesctrl run configs/exp1.yaml --set learner.probing_input=5 --set name=probe5
   bayesctrl table results/exp1 results/probe5           their rows side by side
-  bayesctrl check results/exp1 --against configs/paper_table2.yaml
+  bayesctrl check results/exp1 results/exp2 results/exp3 --against configs/paper_table2.yaml
+  bayesctrl init diagnosis train1.csv train2.csv        a spec for recordings of your own machine, then:
+  bayesctrl diagnose diagnosis.yaml                     what physics does its model lack?
 
 Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad spec or data, 4 numerical failure, 5 some runs failed,
 6 input or output, 130 interrupted.)";
@@ -65,7 +67,6 @@ int main(int argc, char** argv) {
   ExitCode exit = ExitCode::ok;
   CLI::App app("Bayesian adaptive control of mechanical systems: run experiments, compare and check their results",
                "bayesctrl");
-  app.footer(kFooter);
   app.set_version_flag("--version", "bayesctrl " + program_version() + " (" + program_revision() + ")");
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
@@ -86,6 +87,7 @@ int main(int argc, char** argv) {
     declare_report(app, exit);
     declare_completion(app, exit);
     declare_man(app, exit);
+    app.footer(kFooter);  // after the commands, which would inherit it
     app.parse(argc, argv);
     std::cout.flush();
     if (!std::cout) throw IoError("cannot write to standard output");

@@ -1,6 +1,8 @@
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
+#include "inspect/kinds.hpp"
+#include "io/text.hpp"
 
 namespace bayesctrl {
 
@@ -14,6 +16,12 @@ void add_set_option(CLI::App& command, std::vector<std::string>& assignments) {
 
 void add_json_option(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "Print one JSON object on standard output and nothing else");
+}
+
+void add_format_option(CLI::App& command, std::string& format) {
+  command.add_option("--format", format, "What is printed")
+      ->check(one_of({"text", "md", "markdown", "csv", "json"}))
+      ->capture_default_str();
 }
 
 void add_loudness(CLI::App& command, Loudness& loudness) {
@@ -37,8 +45,16 @@ CLI::Validator one_of(const std::vector<std::string>& words) {
           list + "}", "one_of"};
 }
 
-Node read_spec(const std::string& path, const std::vector<std::string>& assignments) {
+CLI::Validator seed_check() {
+  return {[](std::string& text) -> std::string {
+            return parse_integer<std::uint64_t>(text) ? "" : text + " is no whole number from 0 to 2^64 - 1";
+          },
+          "", "seed"};
+}
+
+Node read_spec(const std::string& path, const std::vector<std::string>& assignments, std::string_view kind) {
   Node spec = read_yaml(path);
+  if (!kind.empty()) require_kind(spec, kind);
   for (const std::string& assignment : assignments) set_path(spec, assignment);
   return spec;
 }

@@ -41,10 +41,15 @@ void declare_report(CLI::App& app, ExitCode& /*exit*/) {
   sub->add_option("DIR", command->folders, "Folders that run, diagnose or trial wrote; experiments share one page")
       ->required();
   sub->add_option("--against", command->against,
-                  "Published numbers to set beside experiments; default: those that run found in the spec");
+                  "Published numbers to set beside experiments; default: those that run found in the spec")
+      ->type_name("SPEC");
   sub->add_option("--out", command->out,
                   "The page; default: report.html in the folder, or of several experiments in the folder above all")
       ->type_name("FILE");
+  sub->footer(
+      "Examples:\n"
+      "  bayesctrl report results/exp1 results/exp2 --out both.html\n"
+      "  bayesctrl report results/diagnose/slide");
   sub->callback([command] {
     const std::optional<Published> published = published_for(*command);
     for (const std::filesystem::path& file : write_reports({command->folders.begin(), command->folders.end()},

@@ -16,7 +16,6 @@
 #include "experiment/write.hpp"
 #include "io/files.hpp"
 #include "io/node.hpp"
-#include "io/text.hpp"
 #include "report/report.hpp"
 #include "terminal/plot.hpp"
 #include "terminal/progress.hpp"
@@ -53,6 +52,7 @@ struct Batch {
   std::vector<Job> jobs;
 };
 
+/// Where the numbers are that the page of a spec sets beside its results; empty: none.
 fs::path published_for(const RunCommand& command, const fs::path& spec, const Study& study) {
   if (!command.against.empty()) return command.against;
   if (study.published.empty()) return {};
@@ -66,15 +66,17 @@ Batch read_batch(const RunCommand& command) {
   Batch batch;
   std::map<fs::path, std::string> owners;
   for (const std::string& spec : command.specs) {
+    read_spec(spec, {}, "study");  // or says of what kind it is
     const std::vector<Study> studies = read_studies(spec, command.overrides);
     const fs::path own = fs::path(command.out) / slug(studies.front().name);
     if (const auto [other, fresh] = owners.emplace(own, spec); !fresh) {
       throw SpecError({spec}, "has the name '" + studies.front().name + "' of " + other->second +
                                   ": their results would overwrite each other");
     }
+    const fs::path published = published_for(command, spec, studies.front());
     for (std::size_t i = 0; i < studies.size(); ++i) {
-      batch.jobs.push_back({fs::path(spec).filename().string(), published_for(command, spec, studies[i]),
-                            result_folder(command.out, studies[i], i), own});
+      batch.jobs.push_back(
+          {fs::path(spec).filename().string(), published, result_folder(command.out, studies[i], i), own});
       batch.studies.push_back(studies[i]);
     }
   }
@@ -87,25 +89,27 @@ using Beside = std::map<fs::path, PublishedTable>;  // by spec folder
 struct Tally {
   std::size_t ok = 0;
   std::size_t failed = 0;
+  std::size_t interrupted = 0;       // before their end
   std::map<fs::path, Table> tables;  // by spec folder
   std::vector<std::string> plots;    // by study
 
   void count(const Table& table) {
-    const Column& status = *table.find("status");
+    const Column &status = *table.find("status"), &reason = *table.find("reason");
     for (std::size_t row = 0; row < table.rows(); ++row) {
-      ++(status.at(row) == Cell(std::string(to_name(RunStatus::ok))) ? ok : failed);
+      const bool cut = reason.at(row) == Cell(std::string(kInterrupted));
+      ++(status.at(row) == Cell(std::string(to_name(RunStatus::ok))) ? ok : cut ? interrupted : failed);
     }
   }
 
   ExitCode exit() const {
-    if (interrupted()) return ExitCode::interrupted;
+    if (bayesctrl::interrupted()) return ExitCode::interrupted;
     if (failed == 0) return ExitCode::ok;
     return ok == 0 ? ExitCode::numerical : ExitCode::partial;
   }
 };
 
 /// The columns that people look at first.
-Table compact(const Table& table) {
+Table compact(const Table& table, const Plant& plant) {
   Table result;
   for (const Column& column : table.columns) {
     const bool shown = column.name != "energy_riemann" && column.name != "new_drift_points" &&
@@ -117,7 +121,9 @@ Table compact(const Table& table) {
       const auto* text = std::get_if<std::string>(&cell);
       empty = std::holds_alternative<std::monostate>(cell) || (text != nullptr && text->empty());
     }
-    if (shown && !empty) result.columns.push_back(column);
+    if (!shown || empty) continue;
+    result.columns.push_back(column);
+    result.columns.back().unit = unit_for(plant, column.unit);
   }
   return result;
 }
@@ -134,15 +140,20 @@ std::string plots_of(const StudyOutcome& outcome) {
       columns.push_back(numbered("q", i, joints));
       columns.push_back(numbered("u", i, joints));
     }
-    text +=
-        outcome.study.name + ", " + one.controller + "\n" + plot_columns(trajectory_table(one.result), columns, style);
+    Table trajectory = trajectory_table(one.result);
+    for (Column& column : trajectory.columns) column.unit = unit_for(outcome.study.model.plant, column.unit);
+    text += outcome.study.name + ", " + one.controller + "\n" + plot_columns(trajectory, columns, style);
   }
   return text;
 }
 
 void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
+  if (interrupted()) {
+    std::cerr << "interrupted: what was written is whole; the same command with --resume runs the rest of "
+              << batch.studies.size() << " studies\n";
+  }
   if (command.loudness.json) {
-    nlohmann::ordered_json object{{"ok", tally.ok}, {"failed", tally.failed}};
+    nlohmann::ordered_json object{{"ok", tally.ok}, {"failed", tally.failed}, {"interrupted", tally.interrupted}};
     object["studies"] = nlohmann::ordered_json::array();
     for (const auto& [folder, table] : tally.tables) {
       object["studies"].push_back({{"folder", folder.string()}, {"controllers", to_json(table)}});
@@ -153,14 +164,14 @@ void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
   if (command.loudness.quiet) return;
   for (const std::string& plots : tally.plots) std::cout << plots;
   for (const auto& [folder, table] : tally.tables) {
-    std::cout << to_text(compact(table), 5) << "results in " << folder.string() << "\n\n";
+    const auto job = std::find_if(batch.jobs.begin(), batch.jobs.end(),
+                                  [&place = folder](const Job& one) { return one.spec_folder == place; });
+    const Plant& plant = batch.studies[static_cast<std::size_t>(job - batch.jobs.begin())].model.plant;
+    std::cout << to_text(compact(table, plant), 5) << "results in " << folder.string() << "\n\n";
   }
   if (tally.failed > 0) {
-    std::cout << tally.failed << " of " << tally.ok + tally.failed << " runs failed; the column 'reason' says why\n";
-  }
-  if (interrupted()) {
-    std::cout << "interrupted: what was written is whole; the same command with --resume runs the rest of "
-              << batch.studies.size() << " studies\n";
+    std::cout << tally.failed << " of " << tally.ok + tally.failed + tally.interrupted
+              << " runs failed; the column 'reason' says why\n";
   }
 }
 
@@ -230,6 +241,7 @@ ExitCode run(const RunCommand& command) {
       write_file(job.spec_folder / kPublishedFile, read_file(job.published, kMaxSpecBytes));
     }
   }
+  progress.clear();
   if (!command.no_report) write_pages(written, tally, beside);
   print(tally, batch, command);
   return tally.exit();
@@ -246,17 +258,16 @@ void declare_run(CLI::App& app, ExitCode& exit) {
       ->capture_default_str();
   add_set_option(*sub, command->overrides.assignments);
   sub->add_option("--seed", command->overrides.seed, "Seed of all random numbers, instead of the spec's")
-      ->check([](const std::string& text) -> std::string {  // CLI11 itself reads -1 as 2^64 - 1
-        return parse_integer<std::uint64_t>(text) ? "" : text + " is no whole number from 0 to 2^64 - 1";
-      });
+      ->check(seed_check());
   sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
-      ->check(CLI::Range(0, 4096))
+      ->check(CLI::Range(0, kMostJobs))
       ->capture_default_str();
   sub->add_flag("--resume", command->resume,
                 "Leave out studies whose results are there, with the same settings and by the same program");
   sub->add_flag("--plot", command->plot, "Draw position and input of every controller over time");
   sub->add_option("--against", command->against,
-                  "Published numbers to set beside the results in report.html, instead of the spec's");
+                  "Published numbers to set beside the results in report.html, instead of the spec's")
+      ->type_name("SPEC");
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   add_loudness(*sub, command->loudness);
   sub->footer(

@@ -59,6 +59,9 @@ void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
       ->check(CLI::PositiveNumber);
   sub->add_flag("--plot", command->plot, "Draw position and input over time on standard error");
   add_set_option(*sub, command->overrides.assignments);
+  sub->footer(
+      "Example:\n"
+      "  bayesctrl simulate results/diagnose/slide/model.yaml --input test1.csv --horizon 1 --out run.csv");
   sub->callback([command] {
     if (is_model_file(command->spec)) {
       if (command->input.empty()) throw CLI::RequiredError("--input (a recording with the columns of model.yaml)");

@@ -21,7 +21,9 @@ struct TableCommand {
 
 Table gather(const TableCommand& command) {
   const Table table = gather_tables({command.folders.begin(), command.folders.end()});
-  return command.against.empty() ? table : compare(table, read_published(command.against));
+  if (command.against.empty()) return table;
+  read_spec(command.against, {}, "published_table");  // or says of what kind it is
+  return compare(table, read_published(command.against));
 }
 
 constexpr int kDigits = 6;
@@ -49,10 +51,12 @@ void declare_table(CLI::App& app, ExitCode& /*exit*/) {
       ->type_name("SPEC");
   sub->add_option("--out", command->out, "Write PREFIX.csv, PREFIX.md and PREFIX.json instead of printing")
       ->type_name("PREFIX");
-  sub->add_option("--format", command->format, "What is printed")
-      ->check(one_of({"text", "md", "csv", "json"}))
-      ->capture_default_str();
+  add_format_option(*sub, command->format);
   add_json_option(*sub, command->json);
+  sub->footer(
+      "Examples:\n"
+      "  bayesctrl table results/exp1 results/exp2 --format csv\n"
+      "  bayesctrl table results/exp1 --against configs/paper_table2.yaml --out exp1_beside_paper");
   sub->callback([command] {
     const Table table = gather(*command);
     if (!command->out.empty()) write_table(table, command->out);
@@ -81,7 +85,11 @@ void declare_check(CLI::App& app, ExitCode& exit) {
                   "Write the whole comparison to PREFIX.csv, PREFIX.md and PREFIX.json, whatever it says")
       ->type_name("PREFIX");
   add_json_option(*sub, command->json);
+  sub->footer(
+      "Example:\n"
+      "  bayesctrl check results/exp1 results/exp2 results/exp3 --against configs/paper_table2.yaml");
   sub->callback([command, &exit] {
+    read_spec(command->against, {}, "published_table");
     const PublishedTable published = read_published(command->against);
     const Table comparison = compare(gather_tables({command->folders.begin(), command->folders.end()}), published);
     const std::vector<std::string> violated = violations(comparison);

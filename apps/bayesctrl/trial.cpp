@@ -29,18 +29,24 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand("trial", "Prove the diagnosis on machines with concealed effects");
   sub->add_option("SPEC", command->spec, "YAML spec of a trial: how many cases of which kind")->required();
-  sub->add_option("--seed", command->seeds, "Seeds instead of the spec's; one trial for each");
+  sub->add_option("--seed", command->seeds, "Seeds instead of the spec's; one trial for each")->check(seed_check());
   sub->add_option("--scale", command->scale, "Part of the spec's numbers of cases, e.g. 0.1")
       ->check(CLI::Range(0.001, 100.0));
   sub->add_option("--out", command->out, "Folder; default: results/NAME")->type_name("DIR");
-  sub->add_option("-j,--jobs", command->jobs, "Processes at a time; default: one per core");
+  sub->add_option("-j,--jobs", command->jobs, "Processes at a time; 0: one per core")
+      ->check(CLI::Range(0, kMostJobs))
+      ->capture_default_str();
   sub->add_flag("--resume", command->resume,
                 "Keep what an interrupted trial of the same machines has diagnosed, by the same program");
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   add_set_option(*sub, command->assignments);
   add_loudness(*sub, command->loudness);
+  sub->footer(
+      "Examples:\n"
+      "  bayesctrl trial configs/trial.yaml --scale 0.1 --seed 7\n"
+      "  bayesctrl trial configs/trial.yaml --set outside=0 --set nothing=0");
   sub->callback([command, &exit] {
-    TrialSpec spec = read<TrialSpec>(read_spec(command->spec, command->assignments));
+    TrialSpec spec = read<TrialSpec>(read_spec(command->spec, command->assignments, "trial"));
     for (int* count : {&spec.per_effect, &spec.pairs, &spec.triples, &spec.outside, &spec.nothing}) {
       if (*count > 0) *count = std::max(1, static_cast<int>(*count * command->scale));
     }
@@ -60,14 +66,19 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
           {"/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); },
            [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted, command->resume});
       if (interrupted()) {
-        std::cerr << "interrupted: cases and diagnoses in " << place.string()
-                  << " are whole; the same command with --resume does the rest\n";
+        progress.clear();
+        if (result.sealed) {
+          std::cerr << "interrupted: cases and diagnoses in " << place.string()
+                    << " are whole; the same command with --resume does the rest\n";
+        } else {
+          std::cerr << "interrupted while machines were drawn: run the same command again\n";
+        }
         exit = ExitCode::interrupted;
         return;
       }
-      if (!command->no_report) write_reports({place});
       write_file(place / "provenance.json",
                  provenance(std::filesystem::path(command->spec).filename().string(), to_json(spec)).dump(2) + "\n");
+      if (!command->no_report) write_reports({place});
       list.push_back({{"folder", place.string()}, {"summary", result.summary}});
       if (loudness.quiet || loudness.json) continue;
       std::cout << result.markdown << "\nwritten to " << place.string() << "\n";

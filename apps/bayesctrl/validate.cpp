@@ -18,6 +18,9 @@ void declare_validate(CLI::App& app, ExitCode& exit) {
   sub->add_option("SPEC", command->specs, "YAML specs: studies, diagnoses, trials, ...")->required();
   add_set_option(*sub, command->assignments);
   sub->add_flag("--json", command->json, "Print one JSON object on standard output and nothing else");
+  sub->footer(
+      "Example:\n"
+      "  bayesctrl validate configs/*.yaml configs/real/*.yaml");
   sub->callback([command, &exit] {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const std::string& path : command->specs) {

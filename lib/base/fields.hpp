@@ -58,6 +58,14 @@ constexpr Range between(double low, double high) { return {.low = low, .high = h
 /// "a number greater than 0", "a number from 0.2 to 5": the words of error messages and of `bayesctrl list`.
 std::string to_string(const Range& range);
 
+/// What is wrong with values that are each allowed; empty: nothing. `path`: where it is, "controllers.SP1.learner".
+struct Problem {
+  std::string text;
+  std::string path;
+
+  bool empty() const { return text.empty(); }
+};
+
 /// What is said of a parameter beside its name and value. Units are SI; "" means dimensionless.
 struct Info {
   Range range{};

@@ -21,6 +21,10 @@ std::string format(double value, int digits) {
   return {buffer.data(), end};
 }
 
+std::string percent_text(double probability) {
+  return probability > 0.9995 ? "more than 99.9 %" : format(100.0 * probability, 3) + " %";
+}
+
 std::string numbered(std::string_view name, std::ptrdiff_t index, std::ptrdiff_t count) {
   return count == 1 ? std::string(name) : std::string(name) + std::to_string(index + 1);
 }

@@ -12,6 +12,9 @@ std::string format(double value);
 /// `digits` significant digits, for people.
 std::string format(double value, int digits);
 
+/// A probability for people, in percent: never rounded to certainty, "more than 99.9 %".
+std::string percent_text(double probability);
+
 /// "q" where there is one joint, "q1", "q2", ... where there are several; `index` from 0.
 std::string numbered(std::string_view name, std::ptrdiff_t index, std::ptrdiff_t count);
 

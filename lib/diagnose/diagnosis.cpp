@@ -110,7 +110,11 @@ ordered_json compare_simulations(const DiagnosisSpec& spec, const std::vector<Me
 
 }  // namespace
 
-Diagnosis diagnose(const DiagnosisSpec& spec) {
+Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
+  const auto stage = [&](int percent, std::string_view text) {
+    if (begins) begins(percent, text);
+  };
+  if (const std::vector<SpecError> missing = missing_files(spec); !missing.empty()) throw missing.front();
   const auto begun = std::chrono::steady_clock::now();
   Diagnosis result;
   ordered_json& json = result.json = empty_diagnosis();
@@ -150,7 +154,9 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const double fastest = std::max(kFastestMode, kBandwidth * mean_frequency(all_data, first_noise));
   const ExplainOptions options{spec.effects, spec.model.free, kWindow * kFastestMode / fastest, fastest};
   const std::vector<Measured> data = decimated(all_data, kSamplesPerPeriod * fastest);
+  stage(2, "searching explanations");
   Explanation explanation = explain(nominal, data, options);
+  stage(50, "comparing the best");
   prefer_simple(explanation, data, options, spec.horizon);
   const Fit& best = explanation.best().fit;
   const Fit& empty = explanation.without_effects().fit;
@@ -166,6 +172,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   const double p_given = explanation.p_value(given), p_best = explanation.p_value(best);
 
   // Verdict.
+  stage(60, "testing what they leave");
   const bool named_something = !best.effects.empty();
   const bool significant = p_best < (named_something ? kSignificant : kNothing);
   const std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
@@ -221,12 +228,8 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   // Which.
   ordered_json& said = json["explanation"];
   if (say_effects) {
-    std::string text;
-    for (std::size_t e = 0; e < best.effects.size(); ++e) {
-      said["effects"].push_back(effect_json(best, e, data));
-      text += (text.empty() ? "" : "; ") + equation(best.effects[e], joints);
-    }
-    said["equation"] = text;
+    for (std::size_t e = 0; e < best.effects.size(); ++e) said["effects"].push_back(effect_json(best, e, data));
+    said["equation"] = equation(best.effects, joints);
     said["probability"] = alike.probability;
     for (const std::vector<std::string>& names : alike.classes) {
       if (names.size() > 1) json["indistinguishable"].push_back(names);
@@ -236,20 +239,24 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
   }
   for (const Candidate& candidate : explanation.candidates) {
     if (&candidate == &explanation.best() || candidate.probability < kShown) continue;
-    json["alternatives"].push_back(
-        {{"effects", labels(candidate.fit.effects, joints)}, {"probability", candidate.probability}});
+    const bool counted = std::find(alike.sets.begin(), alike.sets.end(), &candidate) != alike.sets.end();
+    json["alternatives"].push_back({{"effects", labels(candidate.fit.effects, joints)},
+                                    {"probability", candidate.probability},
+                                    {"equation", equation(candidate.fit.effects, joints)},
+                                    {"indistinguishable", counted && say_effects}});
     if (json["alternatives"].size() >= 10) break;
   }
   if (significant && verdict != Verdict::nothing_missing) {
     json["remainder"] = {{"share", std::min(1.0, share * share)}, {"depends_on", shares_json(left.shares)}};
   }
   for (const std::string& name : parameter_names(nominal)) {
-    json["parameters"][name] = {{"nominal", parameter(nominal, name)},
-                                {"value", parameter(said_fit.plant, name)},
-                                {"sd", said_fit.deviation(-1, name)}};
+    const std::vector<std::string>& free = spec.model.free;
+    const bool estimated = std::find(free.begin(), free.end(), name) != free.end();
+    json["parameters"][name] = parameter_json(nominal, said_fit, name, estimated);
   }
 
   // Fit on the training recordings.
+  stage(80, "simulating the recordings");
   Corrected after = corrected;
   if (verdict == Verdict::unknown) after.remainder = remainder;
   if (verdict == Verdict::nothing_missing) after = refit;
@@ -273,14 +280,21 @@ Diagnosis diagnose(const DiagnosisSpec& spec) {
     return fits;
   };
   json["fit"]["train"] = report(all_data, smooth_all(nominal, all_data, explanation.noise), false, "train");
+  stage(88, "planning the next experiment");
   const FitProblem about_best = problem_about(about, explanation, data, options);
   const std::vector<ResidualTests> tests =
       residual_tests(about, data, explanation.noise, {rests(as_given, given), rests(about_best, best)});
   json["residual"] = {{"before", residual_json(tests[0], data)}, {"after", residual_json(tests[1], data)}};
   json["next_experiment"] = propose(nominal, explanation, data, joints);
+  if (json["next_experiment"].is_object()) {
+    const std::string stated = spec.signals.input.empty() ? "" : spec.signals.input.front().unit;
+    const bool known = !std::holds_alternative<Custom>(nominal);
+    json["next_experiment"]["signal"]["unit"] = !stated.empty() ? stated : !known ? "" : slide ? "N" : "N m";
+  }
 
   // Hold out: only now.
   if (!spec.held_out.empty()) {
+    stage(94, "simulating held-out recordings");
     const std::vector<Measured> test = read_all(spec.held_out, spec.signals);
     json["fit"]["held_out"] = report(test, smooth_all(nominal, test, explanation.noise), true, "held_out");
   }

@@ -1,5 +1,6 @@
 #include "diagnose/discrepancy.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -11,55 +12,55 @@ namespace bayesctrl {
 namespace {
 
 constexpr double kNegligible = 1e-4;    // of the largest weight
-constexpr int kBumps = 36;              // along each input
-constexpr int kFineBumps = 72;          // where edges are sharp
-constexpr int kStateBumps = 7;          // along each side of the grid over position and velocity
-constexpr int kProductBumps = 18;       // along the first of two causes
-constexpr int kPastBumps = 12;          // along what is remembered, for each time constant
-constexpr std::size_t kMostGroups = 4;  // of terms in a remainder, but for all
-constexpr double kRare = 0.05;          // of the samples, on either side of where fine terms lie
+constexpr std::size_t kMostGroups = 4;  // of terms in a remainder
 constexpr std::size_t kTried = 2;       // sets of groups that are tried in free runs
-constexpr double kTimeStep = 0.1;       // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;       // s between bumps in the time of one recording
 constexpr std::size_t kShapes = 8;      // of each effect that is weighed against a discrepancy
 constexpr std::size_t kKinds = 3;       // of discrepancy that effects are weighed against
 constexpr double kHistoryGain = 5.0;    // squares for each of its terms, that the past must explain beyond the present
 constexpr std::array<double, 7> kMisfits{1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};  // noise, RMS
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
+constexpr double kRound = 1e-11;  // of the largest square, added so that dependent columns have a factor
 
-void add_bumps(std::vector<Term>& list, TermKind kind, int joint, double low, double high, int count,
-               int recording = -1) {
-  const double step = std::max(high - low, 1e-9) / (count - 1);
-  for (int i = 0; i < count; ++i) list.push_back({kind, joint, recording, low + i * step, step});
+/// columns' columns, of which the lower half alone is read.
+Eigen::MatrixXd gram_of(const Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  return gram;
 }
 
-/// Between what the motion of one joint mostly is: a pendulum that turned over once has a wide range.
-std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::MatrixXd Trajectory::*of, int joint) {
-  std::vector<double> all;
-  for (const Trajectory& path : paths) {
-    const Eigen::VectorXd values = (path.*of).col(joint);
-    all.insert(all.end(), values.begin(), values.end());
+/// (T + shift) x = y for a symmetric tridiagonal T that is positive semidefinite, and log det(T + shift).
+struct TridiagonalSolution {
+  Eigen::VectorXd x;
+  double log_determinant = 0.0;
+};
+TridiagonalSolution solve_tridiagonal(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside, double shift,
+                                      const Eigen::VectorXd& y) {
+  TridiagonalSolution result{y, 0.0};
+  Eigen::VectorXd pivot(y.size());
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    pivot[i] = std::max(diagonal[i], 0.0) + shift;
+    if (i > 0) {
+      const double factor = beside[i - 1] / pivot[i - 1];
+      pivot[i] = std::max(pivot[i] - factor * beside[i - 1], 1e-3 * shift);  // exactly at least `shift`
+      result.x[i] -= factor * result.x[i - 1];
+    }
+    result.log_determinant += std::log(pivot[i]);
   }
-  std::sort(all.begin(), all.end());
-  const auto at = [&](double part) {
-    return all[static_cast<std::size_t>(part * static_cast<double>(all.size() - 1))];
-  };
-  return {at(kRare), at(1.0 - kRare)};
-}
-
-/// Functions of what was between -most and most, low-passed.
-void add_past(std::vector<Term>& list, TermKind kind, int joint, double most, double time_constant) {
-  add_bumps(list, kind, joint, -most, most, kPastBumps);
-  for (std::size_t i = list.size() - kPastBumps; i < list.size(); ++i) list[i].c = time_constant;
+  for (Eigen::Index i = y.size() - 1; i >= 0; --i) {
+    if (i + 1 < y.size()) result.x[i] -= beside[i] * result.x[i + 1];
+    result.x[i] /= pivot[i];
+  }
+  return result;
 }
 
 }  // namespace
 
 std::vector<int> folds_of(const std::vector<Segment>& windows) {
   std::vector<int> folds;
+  const bool several = windows.front().recording != windows.back().recording;
   for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
     if (windows[w].recording != windows[first].recording) first = w;
-    folds.push_back(static_cast<int>((w - first + windows[w].recording) % kFolds));
+    folds.push_back(static_cast<int>((several ? windows[w].recording : w - first) % kFolds));
   }
   return folds;
 }
@@ -69,65 +70,8 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
   const int joints = bayesctrl::joints(excitation.plant());
   const Eigen::VectorXd torque = torque_scale(excitation.plant(), data);
   for (int j = 0; j < joints; ++j) {
-    const Survey s = survey(data, about.paths, j);
-    const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-    Group position{Cause::position, false, j, {}, {}}, velocity{Cause::velocity, false, j, {}, {}},
-        input{Cause::input, false, j, {}, {}}, time{Cause::time, false, j, {}, {}},
-        history{Cause::history, false, j, {}, {}}, state{Cause::velocity, true, j, {}, {}},
-        drag{Cause::velocity, true, j, {}, {}}, dry{Cause::velocity, true, j, {}, {}},
-        gain{Cause::input, true, j, {}, {}}, loss{Cause::input, true, j, {}, {}}, stairs{Cause::input, true, j, {}, {}},
-        past_input{Cause::history, true, j, {}, {}}, fine_position{Cause::position, true, j, {}, {}},
-        fine_velocity{Cause::velocity, true, j, {}, {}}, past_velocity{Cause::history, true, j, {}, {}};
-    add_bumps(position.terms, TermKind::bump_position, j, s.lowest, s.highest, kBumps);
-    add_bumps(velocity.terms, TermKind::bump_velocity, j, -s.speed, s.speed, kBumps);
-    const auto [left, right] = most_of(about.paths, &Trajectory::position, j);
-    const auto [slowest, quickest] = most_of(about.paths, &Trajectory::velocity, j);
-    add_bumps(fine_position.terms, TermKind::bump_position, j, left, right, kFineBumps);
-    add_bumps(fine_velocity.terms, TermKind::bump_velocity, j, slowest, quickest, kFineBumps);
-    for (const double part : {0.005, 0.03, 0.15})
-      velocity.terms.push_back({TermKind::sign_velocity, j, -1, part * s.speed});
-    if (s.input > 0.0) {
-      add_bumps(input.terms, TermKind::bump_input, j, -s.input, s.input, kBumps);
-      add_bumps(stairs.terms, TermKind::bump_input, j, -s.input, s.input, kFineBumps);
-      add_bumps(gain.terms, TermKind::position_gain, j, s.lowest, s.highest, kProductBumps);
-      add_bumps(loss.terms, TermKind::velocity_gain, j, -s.speed, s.speed, kProductBumps);
-      for (const double part : {0.01, 0.1}) input.terms.push_back({TermKind::sign_input, j, -1, part * s.input});
-    }
-    add_bumps(time.terms, TermKind::bump_time, j, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
-    for (std::size_t r = 0; r < s.durations.size(); ++r) {
-      add_bumps(time.terms, TermKind::bump_time, j, 0.0, s.durations[r],
-                std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1), static_cast<int>(r));
-    }
-    for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) {
-      if (s.input > 0.0) {
-        history.terms.push_back({TermKind::late_input, j, -1, tau});
-        history.terms.push_back({TermKind::warm_motor, j, -1, tau});
-      }
-      history.terms.push_back({TermKind::late_velocity, j, -1, tau});
-      history.terms.push_back({TermKind::late_position, j, -1, tau});
-      history.terms.push_back({TermKind::warm_viscous, j, -1, tau});
-      history.terms.push_back({TermKind::warm_dry, j, -1, tau, 0.01 * s.speed});
-      history.terms.push_back({TermKind::reversal, j, -1, tau, 0.01 * s.speed});
-    }
-    for (const double tau : {0.1, 0.3, 1.0}) {
-      if (s.input > 0.0) add_past(past_input.terms, TermKind::past_input, j, s.input, tau);
-      add_past(past_velocity.terms, TermKind::past_velocity, j, s.speed, tau);
-    }
-    for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
-      history.terms.push_back({TermKind::play, j, -1, part * (s.highest - s.lowest)});
-    }
-    for (int a = 0; a < kStateBumps; ++a) {
-      for (int b = 0; b < kStateBumps; ++b) {
-        const double dq = (s.highest - s.lowest) / (kStateBumps - 1), dv = 2.0 * s.speed / (kStateBumps - 1);
-        state.terms.push_back({TermKind::bump_state, j, -1, s.lowest + a * dq, dq, -s.speed + b * dv, dv});
-      }
-    }
-    add_bumps(drag.terms, TermKind::position_drag, j, s.lowest, s.highest, kProductBumps);
-    add_bumps(dry.terms, TermKind::position_dry, j, s.lowest, s.highest, kProductBumps);
-    for (Term& term : dry.terms) term.c = 0.01 * s.speed;
-    for (Group* group : {&position, &velocity, &input, &time, &history, &state, &drag, &dry, &gain, &loss, &stairs,
-                         &past_input, &past_velocity, &fine_position, &fine_velocity}) {
-      if (!group->terms.empty()) groups_.push_back(std::move(*group));
+    for (TermGroup& group : term_groups(survey(data, about.paths, j), about.paths, j)) {
+      groups_.push_back({std::move(group), {}});
     }
   }
   for (Group& group : groups_) {
@@ -182,27 +126,33 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
 }
 
 Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, Noise noise) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(columns.transpose() * columns);
-  const Eigen::ArrayXd lambda = solver.eigenvalues().array().max(0.0);
-  const Eigen::ArrayXd g = (solver.eigenvectors().transpose() * (columns.transpose() * target)).array();
   Ridge best;
   best.weights = Eigen::VectorXd::Zero(columns.cols());
+  if (columns.cols() == 0) return best;
+  // columns' columns = Q T Q', T tridiagonal: every scale then costs no more than the number of columns.
+  const Eigen::Tridiagonalization<Eigen::MatrixXd> tridiagonal(gram_of(columns));
+  const Eigen::VectorXd along = tridiagonal.diagonal(), beside = tridiagonal.subDiagonal();
+  const Eigen::VectorXd g = tridiagonal.matrixQ().adjoint() * (columns.transpose() * target);
   const double squares = target.squaredNorm();
   const auto rows = static_cast<double>((target.array() != 0.0).count());
+  Eigen::VectorXd weights;
   for (const double misfit : kMisfits) {
     if (noise == Noise::known && misfit > 1.0) break;
     const double r2 = misfit * misfit;
     const double base = 0.5 * squares * (1.0 - 1.0 / r2) - 0.5 * rows * std::log(r2);
     for (const double scale : kScales) {
-      const Eigen::ArrayXd s2 = Eigen::ArrayXd::Constant(lambda.size(), scale * scale / r2);
-      const double gain = (g.square() * s2 / (1.0 + s2 * lambda)).sum() / r2;
-      const double evidence = base + 0.5 * (gain - (1.0 + s2 * lambda).log().sum());
-      if (evidence > best.log_evidence) {
-        const Eigen::ArrayXd w = g * s2 / (1.0 + s2 * lambda);
-        best = {evidence, scale, 2.0 * (w * g).sum() - (w.square() * lambda).sum(), solver.eigenvectors() * w.matrix()};
-      }
+      const double s2 = scale * scale / r2;
+      const TridiagonalSolution w = solve_tridiagonal(along, beside, 1.0 / s2, g);
+      const double log_determinant = w.log_determinant + static_cast<double>(g.size()) * std::log(s2);
+      const double evidence = base + 0.5 * (g.dot(w.x) / r2 - log_determinant);
+      if (evidence <= best.log_evidence) continue;
+      const double gw = g.dot(w.x), ww = w.x.squaredNorm();
+      best = {evidence, scale, gw + ww / s2, {}};  // 2 w'g - w'Tw, and Tw = g - w / s2
+      weights = w.x;
     }
   }
+  best.weights = weights.size() > 0 ? Eigen::VectorXd(tridiagonal.matrixQ() * weights)
+                                    : Eigen::VectorXd(Eigen::VectorXd::Zero(columns.cols()));
   return best;
 }
 
@@ -339,22 +289,19 @@ Remainder Discrepancy::remainder(const Eigen::VectorXd& target, const Basis& bas
   const std::vector<int> folds = folds_of(response.windows());
   const Eigen::VectorXd weight = without(left_out, Eigen::VectorXd::Ones(target.size()));
   const Eigen::VectorXd y = target.cwiseProduct(weight);
-  std::vector<const Group*> used;
   Eigen::Index count = 0;
-  for (const std::size_t index : basis) {
-    used.push_back(&groups_[index]);
-    count += groups_[index].columns.cols();
-  }
+  for (const std::size_t index : basis) count += groups_[index].columns.cols();
   Eigen::MatrixXd columns(target.size(), count);
   count = 0;
   std::vector<Term> terms;
-  for (const Group* group : used) {
-    Eigen::MatrixXd seen(target.size(), static_cast<Eigen::Index>(group->terms.size()));
+  for (const std::size_t index : basis) {
+    const Group& group = groups_[index];
+    Eigen::MatrixXd seen(target.size(), static_cast<Eigen::Index>(group.terms.size()));
     Eigen::Index kept = 0;
-    for (std::size_t i = 0; i < group->terms.size(); ++i) {  // what acts in one recording says nothing about another
-      if (group->terms[i].recording >= 0) continue;
-      terms.push_back(group->terms[i]);
-      seen.col(kept++) = weight.cwiseProduct(group->columns.col(static_cast<Eigen::Index>(i)));
+    for (std::size_t i = 0; i < group.terms.size(); ++i) {  // what acts in one recording says nothing about another
+      if (group.terms[i].recording >= 0) continue;
+      terms.push_back(group.terms[i]);
+      seen.col(kept++) = weight.cwiseProduct(group.columns.col(static_cast<Eigen::Index>(i)));
     }
     seen.conservativeResize(Eigen::NoChange, kept);
     const double scale = ridge(seen, y, Noise::unknown).scale;
@@ -473,22 +420,23 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   };
   consider(narrow, target, 0.0);
   for (const Kind& kind : kinds) {
-    // columns = U sqrt(lambda) V': the covariance 1 + scale^2 columns columns' is whitened along U alone.
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(kind.columns.transpose() * kind.columns);
-    const double least = 1e-9 * std::max(1.0, solver.eigenvalues().maxCoeff());
-    Eigen::Index kept = 0;
-    while (kept < kind.columns.cols() && solver.eigenvalues()[kind.columns.cols() - 1 - kept] > least) ++kept;
-    const Eigen::ArrayXd lambda = solver.eigenvalues().tail(kept).array();
-    const Eigen::MatrixXd u =
-        kind.columns * solver.eigenvectors().rightCols(kept) * lambda.sqrt().inverse().matrix().asDiagonal();
-    const Eigen::MatrixXd along = u.transpose() * narrow;
-    const Eigen::VectorXd along_target = u.transpose() * target;
+    // columns = Q R: the covariance 1 + scale^2 columns columns' is whitened along Q alone.
+    Eigen::MatrixXd square = gram_of(kind.columns);
+    square.diagonal().array() += kRound * std::max(1.0, square.diagonal().maxCoeff());
+    const Eigen::LLT<Eigen::MatrixXd> factor(square);
+    const Eigen::MatrixXd r = factor.matrixU();
+    Eigen::MatrixXd q = kind.columns;
+    factor.matrixU().solveInPlace<Eigen::OnTheRight>(q);
+    const Eigen::MatrixXd rr = r * r.transpose(), along = q.transpose() * narrow;
+    const Eigen::VectorXd along_target = q.transpose() * target;
     for (const double scale : {0.1, 1.0}) {
-      const Eigen::ArrayXd variance = 1.0 + scale * scale * lambda;
-      const Eigen::ArrayXd shrink = 1.0 - variance.sqrt().inverse();
-      const Eigen::VectorXd y = target - u * (shrink * along_target.array()).matrix();
-      const Eigen::MatrixXd white = narrow - u * (shrink.matrix().asDiagonal() * along);
-      consider(white, y, 0.5 * (target.squaredNorm() - y.squaredNorm() - variance.log().sum()));
+      Eigen::MatrixXd variance = scale * scale * rr;
+      variance.diagonal().array() += 1.0;
+      const Eigen::LLT<Eigen::MatrixXd> root(variance);
+      const Eigen::VectorXd y = target - q * (along_target - root.matrixL().solve(along_target));
+      const Eigen::MatrixXd white = narrow - q * (along - root.matrixL().solve(along));
+      const double log_determinant = 2.0 * Eigen::MatrixXd(root.matrixL()).diagonal().array().log().sum();
+      consider(white, y, 0.5 * (target.squaredNorm() - y.squaredNorm() - log_determinant));
     }
   }
   best.log_odds = with - alone;

@@ -3,11 +3,12 @@
 #include <algorithm>
 
 #include "diagnose/explain.hpp"
-#include "physics/remainder.hpp"
+#include "diagnose/term_groups.hpp"
 
 namespace bayesctrl {
 
-/// Windows are left out in turn: neighbours, and the same time in different recordings, belong to different folds.
+/// What is left out in turn, by window: whole recordings, which is how a model will be used; of a single one every
+/// third window.
 inline constexpr int kFolds = 3;
 std::vector<int> folds_of(const std::vector<Segment>& windows);
 
@@ -49,11 +50,7 @@ class Discrepancy {
   Beside beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double penalty) const;
 
  private:
-  struct Group {
-    Cause cause = Cause::position;
-    bool rich = false;  // the product of two causes, or finer than what causes are compared by
-    int joint = 0;
-    std::vector<Term> terms;
+  struct Group : TermGroup {
     Eigen::MatrixXd columns;  // response to each term, scaled to the prior
   };
   struct Ridge {

@@ -76,7 +76,25 @@ std::string equation(const Effect& effect, int joints) {
     const double value = parameter(effect.form, text.substr(open + 1, close - open - 1));
     text.replace(open, close - open + 1, format(value, 4));
   }
+  for (const auto& [clumsy, plain] : {std::pair{"+ -", "- "}, {"- -", "+ "}, {"+= -", "-= "}, {"-= -", "+= "}}) {
+    const std::size_t at = text.find(clumsy);
+    if (at != std::string::npos) text.replace(at, std::string_view(clumsy).size(), plain);
+  }
   return joints == 1 ? text : "joint " + std::to_string(effect.joint + 1) + ": " + text;
+}
+
+std::string equation(const std::vector<Effect>& effects, int joints) {
+  std::string text;
+  for (const Effect& effect : effects) text += (text.empty() ? "" : "; ") + equation(effect, joints);
+  return text;
+}
+
+ordered_json parameter_json(const Plant& nominal, const Fit& fit, const std::string& name, bool free) {
+  return {{"nominal", parameter(nominal, name)},
+          {"value", parameter(fit.plant, name)},
+          {"sd", fit.deviation(-1, name)},
+          {"unit", parameter_unit(nominal, name)},
+          {"free", free}};
 }
 
 ordered_json effect_json(const Fit& fit, std::size_t e, const std::vector<Measured>& data) {

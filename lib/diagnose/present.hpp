@@ -21,8 +21,12 @@ nlohmann::ordered_json residual_json(const ResidualTests& tests, const std::vect
 /// {before, refit, after}, null.
 nlohmann::ordered_json no_fit();
 
-/// "torque -= 0.31 sign(v)" from the effect's equation.
+/// "torque -= 0.31 sign(v)" from the effect's equation; of several effects "; " stands between.
 std::string equation(const Effect& effect, int joints);
+std::string equation(const std::vector<Effect>& effects, int joints);
+
+/// One of `parameters`: of the nominal, as given and as it was fitted.
+nlohmann::ordered_json parameter_json(const Plant& nominal, const Fit& fit, const std::string& name, bool free);
 
 /// One effect of `explanation.effects`; `e`: its place in the fit.
 nlohmann::ordered_json effect_json(const Fit& fit, std::size_t e, const std::vector<Measured>& data);

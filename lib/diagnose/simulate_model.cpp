@@ -47,12 +47,17 @@ SimulatedModel simulate_model(const ModelFile& file, const std::filesystem::path
   for (const double t : data[0].time) time.push_back(data[0].start + t);
   result.table.columns.push_back({"t", "s", time});
   for (int j = 0; j < n; ++j)
-    result.table.columns.push_back({numbered("q", j, n), "rad or m", column(runs.simulated[0], j)});
+    result.table.columns.push_back(
+        {numbered("q", j, n), unit_for(file.model.plant, "rad or m"), column(runs.simulated[0], j)});
   for (int j = 0; j < n; ++j)
-    result.table.columns.push_back({numbered("v", j, n), "rad/s or m/s", column(runs.velocity[0], j)});
-  for (int j = 0; j < n; ++j) result.table.columns.push_back({numbered("u", j, n), "", column(data[0].input, j)});
+    result.table.columns.push_back(
+        {numbered("v", j, n), unit_for(file.model.plant, "rad/s or m/s"), column(runs.velocity[0], j)});
   for (int j = 0; j < n; ++j)
-    result.table.columns.push_back({numbered("measured", j, n), "rad or m", column(data[0].position, j)});
+    result.table.columns.push_back(
+        {numbered("u", j, n), unit_for(file.model.plant, "unit of u"), column(data[0].input, j)});
+  for (int j = 0; j < n; ++j)
+    result.table.columns.push_back(
+        {numbered("measured", j, n), unit_for(file.model.plant, "rad or m"), column(data[0].position, j)});
   return result;
 }
 

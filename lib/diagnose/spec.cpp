@@ -185,6 +185,28 @@ DiagnosisSpec read_diagnosis_spec(const Node& root) {
   return spec;
 }
 
+std::vector<SpecError> missing_files(const DiagnosisSpec& spec) {
+  std::vector<SpecError> list;
+  const auto look_for = [&](const fs::path& file, const Location& where) {
+    if (file.empty() || fs::exists(file)) return;
+    std::error_code error;
+    std::vector<std::string> there;
+    for (const auto& entry : fs::directory_iterator(file.parent_path().empty() ? "." : file.parent_path(), error)) {
+      there.push_back(entry.path().filename().string());
+    }
+    const std::string_view meant = nearest(file.filename().string(), {there.begin(), there.end()});
+    list.emplace_back(where, "there is no file '" + file.string() + "'" +
+                                 (meant.empty() ? "" : ", did you mean '" + std::string(meant) + "'?"));
+  };
+  for (const std::vector<RecordingFile>* files : {&spec.recordings, &spec.held_out}) {
+    for (const RecordingFile& file : *files) {
+      look_for(file.file, file.where);
+      look_for(file.simulation, file.where);
+    }
+  }
+  return list;
+}
+
 DiagnosisSpec read_diagnosis_spec(const fs::path& path) { return read_diagnosis_spec(read_yaml(path)); }
 
 }  // namespace bayesctrl

@@ -133,4 +133,7 @@ nlohmann::ordered_json schema_value(const NominalModel*, detail::Definitions& de
 DiagnosisSpec read_diagnosis_spec(const Node& spec);
 DiagnosisSpec read_diagnosis_spec(const std::filesystem::path& path);
 
+/// For each file that the spec names and that is not there: where it is named, and what it may be meant to be.
+std::vector<SpecError> missing_files(const DiagnosisSpec& spec);
+
 }  // namespace bayesctrl

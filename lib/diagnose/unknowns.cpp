@@ -32,6 +32,14 @@ std::vector<std::string> parameter_names(const Plant& plant) {
   return names;
 }
 
+std::string parameter_unit(const Plant& plant, std::string_view name) {
+  std::string unit;
+  for_each_parameter(plant, [&](std::string_view key, double, const Info& info) {
+    if (key == name) unit = info.unit;
+  });
+  return unit;
+}
+
 double parameter(const Plant& plant, std::string_view name) {
   if (const Custom* custom = std::get_if<Custom>(&plant)) return *custom->parameters().find(name);
   double result = 0.0;

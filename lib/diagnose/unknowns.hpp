@@ -16,6 +16,9 @@ struct Unknown {
 
 /// Numbers of a plant that `free` may name, and access to one of them.
 std::vector<std::string> parameter_names(const Plant& plant);
+
+/// "kg"; empty where the user alone knows (custom).
+std::string parameter_unit(const Plant& plant, std::string_view name);
 double parameter(const Plant& plant, std::string_view name);
 void set_parameter(Plant& plant, std::string_view name, double value);
 

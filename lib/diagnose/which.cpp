@@ -101,7 +101,9 @@ Alike find_alike(const Explanation& explanation, int joints) {
       }
       left.erase(at);
     }
-    if (inside) result.probability += candidate.probability;
+    if (!inside) continue;
+    result.probability += candidate.probability;
+    result.sets.push_back(&candidate);
   }
   return result;
 }

@@ -9,7 +9,8 @@ std::vector<std::string> labels(const std::vector<Effect>& effects, int joints);
 /// Classes of effects that replace each other in the best explanation with hardly any loss.
 struct Alike {
   std::vector<std::vector<std::string>> classes;  // one per effect of the best set, the effect itself first
-  double probability = 0.0;                       // of all sets made of them
+  double probability = 0.0;                       // of all sets made of them,
+  std::vector<const Candidate*> sets;             // which are these
 };
 Alike find_alike(const Explanation& explanation, int joints);
 

@@ -131,8 +131,8 @@ Search read_search(const Node& root) {
     throw SpecError({file.string()}, "the study has no controller '" + name + "', " + suggestion(name, known));
   }
   choose(study, search.spec.controllers);
-  if (const std::string problem = study.problem(); !problem.empty()) {
-    throw SpecError({file.string()}, "with these controllers alone: " + problem);
+  if (const Problem problem = study.problem(); !problem.empty()) {
+    throw SpecError({file.string()}, "with these controllers alone: " + problem.text);
   }
   std::erase_if(search.published.cells, [&](const PublishedCell& cell) {
     return cell.experiment != study.name || study.controllers.find(cell.controller) == nullptr;

@@ -55,7 +55,7 @@ struct PublishedTable {
   }
 };
 
-/// The copy that `run` leaves in a result folder, so that pages and tables made later find it.
+/// The copy that `run` leaves in a result folder, so that pages made later find it.
 inline constexpr std::string_view kPublishedFile = "published.yaml";
 
 PublishedTable read_published(const std::filesystem::path& file);

@@ -54,8 +54,8 @@ Table simulate(const Study& study, const std::filesystem::path& input) {
   table.columns.push_back({"t", "s", run.time});
   const auto add = [&](const std::string& name, const std::string& unit, const Eigen::MatrixXd& values) {
     for (int i = 0; i < n; ++i) {
-      table.columns.push_back(
-          {numbered(name, i, n), unit, std::vector<double>(values.col(i).begin(), values.col(i).end())});
+      table.columns.push_back({numbered(name, i, n), unit_for(study.model.plant, unit),
+                               std::vector<double>(values.col(i).begin(), values.col(i).end())});
     }
   };
   add("q", "rad or m", run.position);

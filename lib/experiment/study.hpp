@@ -104,7 +104,7 @@ struct Study {
   }
 
   /// A constraint over several fields that does not hold, in words; empty when all do.
-  std::string problem() const;
+  Problem problem() const;
 };
 
 }  // namespace bayesctrl

@@ -3,6 +3,7 @@
 #include "experiment/tabulate.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
+#include "io/json.hpp"
 #include "io/provenance.hpp"
 #include "spec/model.hpp"
 
@@ -59,9 +60,7 @@ void write_results(const StudyOutcome& outcome, const std::filesystem::path& fol
 std::optional<Table> finished_results(const Study& study, const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "provenance.json";
   if (!std::filesystem::exists(file)) return std::nullopt;
-  constexpr std::size_t kMostBytes = std::size_t{1} << 26;
-  const ordered_json known = ordered_json::parse(read_file(file, kMostBytes), nullptr, false);
-  if (known.is_discarded()) throw DataError({file.string()}, "is not JSON");
+  const ordered_json known = read_json(file);
   if (known.value("revision", "") != program_revision() || known.value("spec", ordered_json()) != to_json(study)) {
     return std::nullopt;
   }
@@ -76,7 +75,14 @@ std::optional<Table> finished_results(const Study& study, const std::filesystem:
 Table gather_tables(const std::vector<std::filesystem::path>& folders) {
   Table table;
   for (const std::filesystem::path& folder : folders) {
-    append(table, read_csv(std::filesystem::is_directory(folder) ? folder / "table.csv" : folder));
+    const std::filesystem::path file = std::filesystem::is_directory(folder) ? folder / "table.csv" : folder;
+    const Table rows = read_csv(file);
+    for (const char* column : {"experiment", "controller", "status"}) {
+      if (rows.find(column) == nullptr) {
+        throw DataError({file.string()}, std::string("has no column '") + column + "': no table of `run`");
+      }
+    }
+    append(table, rows);
   }
   return table;
 }

@@ -123,19 +123,24 @@ class Guesser {
     taken_.resize(names_.size(), false);
   }
 
-  ColumnGuesses guess() {
+  ColumnGuesses guess(const NamedColumns& named) {
     ColumnGuesses result;
-    if (auto time = take(kTime, 1, "time"); !time.empty()) result.time = time.front();
-    result.position = take(kPosition, kMaxJoints, "a position");
-    if (result.position.empty()) fail("a position (q, theta, angle, x, pos, ...)");
+    if (!named.time.empty()) result.time = find(named.time);
+    for (const std::string& name : named.position) result.position.push_back(find(name));
+    for (const std::string& name : named.input) result.input.push_back(find(name));
+    if (!result.time) {
+      if (auto time = take(kTime, 1, "time"); !time.empty()) result.time = time.front();
+    }
+    if (result.position.empty()) result.position = take(kPosition, kMaxJoints, "a position");
+    if (result.position.empty()) fail("a position (q, theta, angle, x, pos, ...)", "--position");
     const std::size_t joints = result.position.size();
     result.velocity = take(kVelocity, joints, "a velocity");
     if (result.velocity.size() != joints) result.velocity.clear();
-    result.input = take(kInput, joints, "an input");
+    if (result.input.empty()) result.input = take(kInput, joints, "an input");
     for (std::size_t i = 0; i < names_.size() && result.input.size() < joints; ++i) {
       if (!taken_[i]) result.input.push_back(use(i, "a guess: no name says what the input is"));
     }
-    if (result.input.size() < joints) fail("an input for each position (u, tau, torque, force, ...)");
+    if (result.input.size() < joints) fail("an input for each position (u, tau, torque, force, ...)", "--input");
     return result;
   }
 
@@ -160,16 +165,24 @@ class Guesser {
     return list;
   }
 
+  ColumnGuess find(const std::string& column) {
+    const auto at = std::find(table_.names.begin(), table_.names.end(), column);
+    if (at != table_.names.end()) return use(static_cast<std::size_t>(at - table_.names.begin()), "named by the user");
+    const std::vector<std::string_view> known(table_.names.begin(), table_.names.end());
+    throw DataError({file_, 1}, "has no column '" + column + "', " + suggestion(column, known));
+  }
+
   ColumnGuess use(std::size_t i, const std::string& reason) {
     taken_[i] = true;
     const Unit* unit = names_[i].unit;
     return {table_.names[i], unit != nullptr ? unit->scale : 1.0, unit != nullptr ? std::string(unit->si) : "", reason};
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
+  [[noreturn]] void fail(const std::string& what, const std::string& option) const {
     std::string columns;
     for (const std::string& name : table_.names) columns += (columns.empty() ? "" : ", ") + name;
-    throw DataError({file_, 1}, "no column that could be " + what + "; columns: " + columns);
+    throw DataError({file_, 1},
+                    "no column that could be " + what + "; columns: " + columns + "; name it with " + option);
   }
 
   const DataTable& table_;
@@ -180,6 +193,8 @@ class Guesser {
 
 }  // namespace
 
-ColumnGuesses guess_columns(const DataTable& table, const std::string& file) { return Guesser(table, file).guess(); }
+ColumnGuesses guess_columns(const DataTable& table, const std::string& file, const NamedColumns& named) {
+  return Guesser(table, file).guess(named);
+}
 
 }  // namespace bayesctrl

@@ -22,10 +22,16 @@ struct ColumnGuesses {
   std::vector<ColumnGuess> position, velocity, input;  // one per joint; velocity may be empty
 };
 
+/// Columns that the user names; the others are guessed.
+struct NamedColumns {
+  std::string time;
+  std::vector<std::string> position, input;
+};
+
 /// Names such as t, time; q, theta, angle, x, pos; v, vel, omega; u, tau, torque, force; with a unit in brackets or
 /// after an underscore; numbered for several joints. Where no name is known as an input the first column left over is
 /// taken. Throws DataError, located at `file`, if no column can be a position or an input, with the names that there
-/// are.
-ColumnGuesses guess_columns(const DataTable& table, const std::string& file);
+/// are, or if there is no column of a name that the user gave.
+ColumnGuesses guess_columns(const DataTable& table, const std::string& file, const NamedColumns& named = {});
 
 }  // namespace bayesctrl

@@ -53,10 +53,17 @@ std::string study_summary(const Node& spec) {
          (studies.size() > 1 ? ", sweep of " + std::to_string(studies.size()) + " points" : "");
 }
 
+/// A spec may be checked where its recordings are not.
+std::string not_there(const DiagnosisSpec& spec) {
+  std::string text;
+  for (const SpecError& missing : missing_files(spec)) text += std::string("\n  but ") + missing.what();
+  return text;
+}
+
 std::string diagnosis_summary(const Node& node) {
   const DiagnosisSpec spec = read_diagnosis_spec(node);
   return "diagnosis '" + spec.name + "', " + count(spec.recordings.size(), "recording") + ", " +
-         std::to_string(spec.held_out.size()) + " held out, " + count(spec.effects.size(), "effect");
+         std::to_string(spec.held_out.size()) + " held out, " + count(spec.effects.size(), "effect") + not_there(spec);
 }
 
 std::string model_summary(const Node& node) {
@@ -116,6 +123,20 @@ const SpecKind& kind_of(const Node& spec) {
   detail::require_map(spec, "the spec");
   const auto better = [&](const SpecKind& a, const SpecKind& b) { return a.affinity(spec) < b.affinity(spec); };
   return *std::max_element(kinds().begin(), kinds().end(), better);
+}
+
+void require_kind(const Node& spec, std::string_view name) {
+  constexpr int kClearly = 6;  // two keys that only the other kind has
+  if (spec.kind != Node::Kind::map) return;
+  const SpecKind &meant = *find_kind(name), &is = kind_of(spec);
+  if (is.affinity(spec) < meant.affinity(spec) + kClearly) return;
+  const auto in_words = [](std::string text) {
+    std::replace(text.begin(), text.end(), '_', ' ');
+    return text;
+  };
+  throw SpecError({spec.where.file}, "is a " + in_words(std::string(is.name)) + ", not a " +
+                                         in_words(std::string(name)) + ": it is for bayesctrl " +
+                                         std::string(is.text.substr(0, is.text.find(':'))));
 }
 
 }  // namespace bayesctrl

@@ -27,4 +27,7 @@ const SpecKind* find_kind(std::string_view name);
 /// The kind whose keys the spec has most of. Throws SpecError if it is no map.
 const SpecKind& kind_of(const Node& spec);
 
+/// Throws SpecError if a spec is clearly of another kind than `name`.
+void require_kind(const Node& spec, std::string_view name);
+
 }  // namespace bayesctrl

@@ -207,9 +207,9 @@ std::string experiment_starter(std::string_view name) {
 }
 
 std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::string_view plant_name,
-                              const fs::path& folder) {
+                              const fs::path& folder, const NamedColumns& named) {
   const DataTable table = read_data_table(recordings.front());
-  ColumnGuesses guesses = guess_columns(table, recordings.front().string());
+  ColumnGuesses guesses = guess_columns(table, recordings.front().string(), named);
   std::vector<double> time;
   if (guesses.time) {
     const auto at = std::find(table.names.begin(), table.names.end(), guesses.time->column) - table.names.begin();
@@ -221,8 +221,8 @@ std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::stri
   const auto joint_count = static_cast<std::size_t>(joints(plant));
   if (guesses.position.size() < joint_count) {
     throw DataError({recordings.front().string(), 1},
-                    std::string(name_of(plant)) + " has " + std::to_string(joint_count) + " joints, but only " +
-                        std::to_string(guesses.position.size()) + " columns seem to be positions");
+                    std::string(name_of(plant)) + " has " + std::to_string(joint_count) +
+                        " joints, columns that seem to be positions: " + std::to_string(guesses.position.size()));
   }
   for (auto* list : {&guesses.position, &guesses.velocity, &guesses.input}) {
     if (list->size() > joint_count) list->resize(joint_count);
@@ -235,7 +235,8 @@ std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::stri
 
   std::string text =
       "# A diagnosis: what does the model below lack, given recordings of the real machine?\n"
-      "# Check every line that says 'guess' or 'its name', and all parameters; then bayesctrl diagnose FILE\n";
+      "# Check every line that says 'guess' or 'its name', and all parameters; then bayesctrl validate and diagnose "
+      "it\n";
   text += line("name: " + in_yaml(recordings.front().stem().string()), note<DiagnosisSpec>("name"));
   text += line("model:", "your nominal model, SI units; a guess" +
                              std::string(plant_name.empty() ? ", others: bayesctrl list plants" : "")) +

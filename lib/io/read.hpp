@@ -61,10 +61,22 @@ std::string_view owner_name(std::string_view key) {
   return key;
 }
 
+/// Where the deepest part of a path stands that is there.
+inline Location place_of(const Node& node, std::string_view path) {
+  const Node::Entry* entry = path.empty() ? nullptr : node.find(path.substr(0, path.find('.')));
+  if (entry == nullptr) return node.where;
+  const std::size_t dot = path.find('.');
+  return dot == std::string_view::npos ? entry->value.where : place_of(entry->value, path.substr(dot + 1));
+}
+
 template <class T>
 void require_no_problem(const Node& node, const T& value) {
   if constexpr (requires { std::string(value.problem()); }) {
     if (const std::string problem = value.problem(); !problem.empty()) throw SpecError(node.where, problem);
+  } else if constexpr (requires { value.problem().path; }) {
+    if (const Problem problem = value.problem(); !problem.empty()) {
+      throw SpecError(place_of(node, problem.path), problem.text);
+    }
   }
 }
 

@@ -55,6 +55,7 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     : plant_(plant),
       effects_(std::move(effects)),
       remainder_(std::move(remainder)),
+      remainder_sum_(remainder_),
       joints_(bayesctrl::joints(plant_)),
       added_inertia_(JointVector::Zero(joints_)),
       tilt_(JointVector::Zero(joints_)) {
@@ -116,7 +117,7 @@ JointSlots Machine::acceleration(const State& state, const Moment& moment, doubl
     motor = padded(input);
   }
 
-  if (!remainder_.empty()) torque += padded(remainder_.torque(moment.memory, q, v, input, t));
+  if (!remainder_sum_.empty()) torque += padded(remainder_sum_.torque(moment.memory, q, v, input, t));
   JointSlots friction = JointSlots::Zero();
   for (const Effect& effect : effects_) {
     const int j = effect.joint;
@@ -395,7 +396,7 @@ void Machine::advance_and_remember(State& state, Moment& moment, double goal, do
   const State before = state;
   advance_to(state, moment, goal, max_step);
   const JointSlots q = 0.5 * (before.q + state.q), v = 0.5 * (before.v + state.v);
-  remainder_.advance(moment.memory, q.head(joints_), v.head(joints_), input, goal - since);
+  remainder_sum_.advance(moment.memory, q.head(joints_), v.head(joints_), input, goal - since);
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,

@@ -10,7 +10,7 @@
 #include "physics/drive.hpp"
 #include "physics/effect.hpp"
 #include "physics/plant.hpp"
-#include "physics/remainder.hpp"
+#include "physics/remainder_sum.hpp"
 
 namespace bayesctrl {
 
@@ -68,6 +68,7 @@ class Machine {
   Plant plant_;
   std::vector<Effect> effects_;
   Remainder remainder_;
+  RemainderSum remainder_sum_;
   int joints_ = 1;
   std::array<bool, kMaxJoints> dry_{};  // joints with dry friction
   JointVector added_inertia_;           // per joint

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/LU>
+#include <string>
+#include <string_view>
 #include <type_traits>
 #include <variant>
 
@@ -45,6 +47,21 @@ inline int joints(const Plant& plant) {
         } else {
           return p.joint_count();
         }
+      },
+      plant);
+}
+
+/// A unit that all plants share, "rad or m", as it is for this one; where nobody but the user knows it, as it was.
+inline std::string unit_for(const Plant& plant, std::string_view shared) {
+  return std::visit(
+      [&]<class P>(const P&) {
+        const std::string q(P::kPositionUnit), u(P::kInputUnit);
+        if (q.empty()) return std::string(shared);
+        if (shared == "rad or m") return q;
+        if (shared == "rad/s or m/s") return q + "/s";
+        if (shared == "N m or N" || shared == "unit of u") return u;
+        if (shared == "u^2 s") return u.find(' ') == std::string::npos ? u + "^2 s" : "(" + u + ")^2 s";
+        return std::string(shared);
       },
       plant);
 }

@@ -11,7 +11,7 @@ constexpr double kEdge = 0.1;  // of the range that was seen, over which a torqu
 
 double bump(double x, double centre, double width) {
   const double z = (x - centre) / width;
-  return z * z > 30.0 ? 0.0 : std::exp(-0.5 * z * z);
+  return std::exp(-0.5 * z * z);
 }
 
 double follow(double m, double towards, double time_constant, double h) {
@@ -168,7 +168,16 @@ double Term::remembered(double m, double q, double v, double u, double h) const 
   }
 }
 
-Remainder::Seen Remainder::seen(const JointVector& q, const JointVector& v, const JointVector& u) const {
+Remainder::Limits::Limits(const Remainder& remainder) : regions(remainder.regions) {
+  for (const Term& term : remainder.terms) {
+    const Looks own = looks_at(term.kind);
+    looks = {looks.position || own.position, looks.velocity || own.velocity, looks.input || own.input};
+  }
+  several = looks.position + looks.velocity + looks.input > 1;
+}
+
+Remainder::Limits::Seen Remainder::Limits::seen(const JointVector& q, const JointVector& v,
+                                                const JointVector& u) const {
   Seen seen{q, v, u};
   for (std::size_t j = 0; j < regions.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(j);
@@ -180,8 +189,22 @@ Remainder::Seen Remainder::seen(const JointVector& q, const JointVector& v, cons
   return seen;
 }
 
+JointVector Remainder::Limits::limited(JointVector sum, const Seen& at, const JointVector& q, const JointVector& v,
+                                       const JointVector& u) const {
+  const auto fade = [](double x, double edge, double width) { return x == edge ? 1.0 : bump(x, edge, width); };
+  for (std::size_t j = 0; j < regions.size(); ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    const Region& region = regions[j];
+    if (looks.position) sum[row] *= fade(q[row], at.q[row], kEdge * (region.highest - region.lowest));
+    if (several) sum[row] *= fade(v[row], at.v[row], 2.0 * kEdge * region.speed);
+    if (several && region.input > 0.0) sum[row] *= fade(u[row], at.u[row], 2.0 * kEdge * region.input);
+    sum[row] = std::clamp(sum[row], -region.torque, region.torque);
+  }
+  return sum;
+}
+
 Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, const JointVector& u) const {
-  const Seen at = seen(q, v, u);
+  const Limits::Seen at = Limits(*this).seen(q, v, u);
   Memory memory;
   for (const Term& term : terms)
     memory.push_back(term.first_memory(at.q[term.joint], at.v[term.joint], at.u[term.joint]));
@@ -190,7 +213,7 @@ Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, c
 
 void Remainder::advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                         double h) const {
-  const Seen at = seen(q, v, u);
+  const Limits::Seen at = Limits(*this).seen(q, v, u);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
     memory[i] = terms[i].remembered(memory[i], at.q[j], at.v[j], at.u[j], h);
@@ -199,30 +222,14 @@ void Remainder::advance(Memory& memory, const JointVector& q, const JointVector&
 
 JointVector Remainder::torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                               double t) const {
-  const Seen at = seen(q, v, u);
-  Looks all;
-  for (const Term& term : terms) {
-    const Looks looks = looks_at(term.kind);
-    all = {all.position || looks.position, all.velocity || looks.velocity, all.input || looks.input};
-  }
-  const bool several = all.position + all.velocity + all.input > 1;
+  const Limits limits(*this);
+  const Limits::Seen at = limits.seen(q, v, u);
   JointVector sum = JointVector::Zero(q.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
     sum[j] += terms[i].weight * terms[i].value(at.q[j], at.v[j], at.u[j], t, memory[i]);
   }
-  for (std::size_t j = 0; j < regions.size(); ++j) {
-    const auto row = static_cast<Eigen::Index>(j);
-    const Region& region = regions[j];
-    if (all.position) sum[row] *= bump(q[row], at.q[row], kEdge * (region.highest - region.lowest));
-    if (several) sum[row] *= bump(v[row], at.v[row], 2.0 * kEdge * region.speed);
-    if (several && region.input > 0.0) sum[row] *= bump(u[row], at.u[row], 2.0 * kEdge * region.input);
-  }
-  for (std::size_t j = 0; j < regions.size(); ++j) {
-    double& torque = sum[static_cast<Eigen::Index>(j)];
-    torque = std::clamp(torque, -regions[j].torque, regions[j].torque);
-  }
-  return sum;
+  return limits.limited(std::move(sum), at, q, v, u);
 }
 
 }  // namespace bayesctrl

@@ -93,11 +93,24 @@ struct Remainder {
   JointVector torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                      double t) const;
 
- private:
-  struct Seen {
-    JointVector q, v, u;
+  /// What keeps a remainder within what it has seen.
+  struct Limits {
+    struct Seen {
+      JointVector q, v, u;
+    };
+    explicit Limits(const Remainder& remainder);
+
+    /// The nearest point that was seen.
+    Seen seen(const JointVector& q, const JointVector& v, const JointVector& u) const;
+
+    /// The torque `sum` at the nearest point, faded and bounded.
+    JointVector limited(JointVector sum, const Seen& at, const JointVector& q, const JointVector& v,
+                        const JointVector& u) const;
+
+    std::vector<Region> regions;
+    Looks looks;           // of all terms together
+    bool several = false;  // they look at more than one thing
   };
-  Seen seen(const JointVector& q, const JointVector& v, const JointVector& u) const;
 };
 
 }  // namespace bayesctrl

@@ -56,14 +56,16 @@ std::string sentence(const ordered_json& d) {
     std::string name = in_words(effect.at("name"));
     for (const ordered_json& alike : d.at("indistinguishable")) {  // "coulomb_friction@2"
       if (in_words(alike.at(0)).starts_with(name)) {
-        for (std::size_t i = 1; i < alike.size(); ++i) name += " or " + in_words(alike.at(i));
+        std::string others;
+        for (std::size_t i = 1; i < alike.size(); ++i) others += (i > 1 ? ", " : "") + in_words(alike.at(i));
+        if (!others.empty()) name += " (or " + others + ")";
       }
     }
     what += (what.empty() ? "" : &effect == &effects.back() ? " and " : ", ") + name;
     if (d.at("parameters").contains("mass1")) what += " in joint " + std::to_string(effect.at("joint").get<int>());
   }
   std::string text = effects.size() == 1 ? effects.at(0).at("text").get<std::string>() : "";
-  const std::string sure = format(100.0 * d.at("explanation").at("probability").get<double>(), 3) + "\u00a0%";
+  const std::string sure = percent_text(d.at("explanation").at("probability").get<double>());
   if (verdict == "named") {
     return "The model lacks " + what + (text.empty() ? "" : ": " + text) + ". Probability " + sure + ".";
   }
@@ -126,6 +128,7 @@ std::string diagnosis_page(const fs::path& folder) {
   return page(d.at("name").get<std::string>(), assets::k_diagnosis_js,
               {{"sentence", sentence(d)},
                {"diagnosis", d},
+               {"origin", origin(folder)},
                {"runs", recordings(folder / "fit.csv", {"set", "recording"}, {"measured", "before", "after"})},
                {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v"})}});
 }

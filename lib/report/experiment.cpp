@@ -132,13 +132,10 @@ ordered_json study(const fs::path& folder, bool drawn) {
                       {"drawn", drawn}};
   if (!drawn) return result;
 
-  ordered_json provenance = read_json(folder / "provenance.json");
-  provenance.erase("wall_seconds");  // pages of the same results are the same bytes
-  ordered_json spec = provenance.at("spec");
-  provenance.erase("spec");
+  if (!fs::exists(folder / "provenance.json")) throw DataError({(folder / "provenance.json").string()}, "is not there");
+  ordered_json from = origin(folder);
+  ordered_json &spec = from.at("spec"), &provenance = from.at("provenance");
   require(spec);
-  for (ordered_json* seed : {&provenance.at("seed"), &spec.at("seed")})
-    *seed = seed->dump();  // 64 bits, browsers have 53
   const std::string plant = spec.at("model").at("plant");
   result["description"] = summary.at("description").get<std::string>();
   result["plant"] = plant;
@@ -149,7 +146,10 @@ ordered_json study(const fs::path& folder, bool drawn) {
   for (const ordered_json& row : summary.at("controllers")) {
     const std::string name = row.at("controller");
     const fs::path own = folder / slug(name);
-    if (!fs::exists(own / "trajectory.csv")) continue;  // it never began
+    if (!fs::exists(own / "trajectory.csv")) {
+      if (row.at("status") == "ok") throw DataError({(own / "trajectory.csv").string()}, "is not there");
+      continue;  // it never began
+    }
     ordered_json run = trajectory(own / "trajectory.csv");
     run["name"] = name;
     if (fs::exists(own / "data.csv")) run["points"] = training_points(own / "data.csv");

@@ -59,7 +59,9 @@ std::string page(std::string_view title, std::string_view script, const nlohmann
   html += assets::k_report_css;
   html += "</style>\n</head>\n<body>\n<header><h1>";
   html += escaped(title);
-  html += "</h1></header>\n<main></main>\n<footer>\n<p>Written by bayesctrl ";
+  html +=
+      "</h1></header>\n<main></main>\n<noscript><p>This page draws itself: allow "
+      "JavaScript, or read the tables in the folder beside it.</p></noscript>\n<footer>\n<p>Written by bayesctrl ";
   html += escaped(program_version()) + " (" + escaped(program_revision()) +
           ").</p>\n<details><summary>Plots: uPlot, MIT licence</summary><pre>";
   html += escaped(assets::k_LICENSE);

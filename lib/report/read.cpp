@@ -17,6 +17,18 @@ double rounded(double x) { return x == 0.0 ? 0.0 : std::strtod(format(x, kDigits
 
 }  // namespace
 
+nlohmann::ordered_json origin(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "provenance.json")) return nlohmann::ordered_json::object();
+  nlohmann::ordered_json provenance = read_json(folder / "provenance.json");
+  provenance.erase("wall_seconds");  // pages of the same results are the same bytes
+  nlohmann::ordered_json spec = provenance.at("spec");
+  provenance.erase("spec");
+  for (nlohmann::ordered_json* part : {&provenance, &spec}) {  // 64 bits, browsers have 53
+    if (part->contains("seed")) part->at("seed") = part->at("seed").dump();
+  }
+  return {{"spec", std::move(spec)}, {"provenance", std::move(provenance)}};
+}
+
 std::vector<std::string> texts(const Table& table, const std::string& column, const std::string& file) {
   const Column* found = table.find(column);
   if (found == nullptr) throw DataError(Location{file}, "has no column '" + column + "'");

@@ -9,6 +9,9 @@
 
 namespace bayesctrl {
 
+/// {spec, provenance} of results, {} where there is no provenance.json: what is the same in every run of it.
+nlohmann::ordered_json origin(const std::filesystem::path& folder);
+
 /// A column as texts, numbers as in CSV. Throws DataError, located at `file`, if there is no such column.
 std::vector<std::string> texts(const Table& table, const std::string& column, const std::string& file);
 

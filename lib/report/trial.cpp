@@ -16,6 +16,14 @@ using nlohmann::ordered_json;
 
 constexpr int kBins = 10;  // of stated probabilities
 
+/// Where an answer stands in the matrix of hidden effects and answers.
+std::string answer(const std::string& verdict, const std::string& said) {
+  if (verdict == "nothing_missing") return "nothing";
+  if (verdict == "unknown") return "declined";
+  if (verdict == "too_little_data") return "too little data";
+  return said.find(" + ") == std::string::npos ? said.substr(0, said.find('@')) : "several";
+}
+
 }  // namespace
 
 std::string trial_page(const fs::path& folder) {
@@ -24,9 +32,12 @@ std::string trial_page(const fs::path& folder) {
   const std::string file = (folder / "cases.csv").string();
   const std::vector<double> named = numbers(cases, "named", file), probability = numbers(cases, "probability", file);
   const std::vector<std::string> families = texts(cases, "family", file), verdicts = texts(cases, "verdict", file),
-                                 truths = texts(cases, "truth", file);
+                                 truths = texts(cases, "truth", file), hidden = texts(cases, "hidden", file),
+                                 said = texts(cases, "said", file);
   struct Row {
-    int cases = 0, said = 0, declined = 0;
+    int cases = 0, right = 0, declined = 0;
+    std::map<std::string, int> columns;  // of the matrix
+    std::string instead;                 // what was said and not hidden
   };
   std::map<std::string, Row> rows;
   std::array<std::array<double, 3>, kBins> bins{};  // cases, stated, right
@@ -36,18 +47,26 @@ std::string trial_page(const fs::path& folder) {
     const bool nothing = family == "nothing";
     const bool right = nothing ? verdict == "nothing_missing" : named[i] > 0.5;
     Row& row = rows[(family == "outside" ? "outside: " : "") + truths[i]];
+    const std::string what = answer(verdict, said[i]);
     ++row.cases;
-    row.said += right;
+    row.right += right;
     row.declined += verdict == "unknown";
+    ++row.columns[right && family == "single" ? truths[i] : what];
+    if (!right && verdict != "unknown") {
+      const bool several = family == "pair" || family == "triple";
+      const std::string whole = verdict == "nothing_missing" ? what : said[i];
+      row.instead += (row.instead.empty() ? "" : "; ") + whole + (several ? " for " + hidden[i] : "");
+    }
     if (verdict != "named" && verdict != "ambiguous") continue;
     auto& bin = bins[static_cast<std::size_t>(std::clamp(static_cast<int>(probability[i] * kBins), 0, kBins - 1))];
     bin[0] += 1.0;
     bin[1] += probability[i];
     bin[2] += right;
   }
-  ordered_json confusion = ordered_json::array(), calibration = ordered_json::array();
+  ordered_json confusion = ordered_json::array(), matrix = ordered_json::array(), calibration = ordered_json::array();
   for (const auto& [name, row] : rows) {
-    confusion.push_back({name, row.cases, row.said, row.cases - row.said - row.declined, row.declined});
+    confusion.push_back({name, row.cases, row.right, row.instead, row.declined});
+    if (name != "pair" && name != "triple") matrix.push_back({{"hidden", name}, {"said", row.columns}});
   }
   for (const auto& bin : bins) {
     if (bin[0] > 0.0)
@@ -59,7 +78,9 @@ std::string trial_page(const fs::path& folder) {
       {{"sentence", std::to_string(cases.rows()) + " machines with concealed physics, or none, were diagnosed from "
                                                    "their recordings alone; then the truth was opened."},
        {"summary", summary},
+       {"origin", origin(folder)},
        {"confusion", confusion},
+       {"matrix", matrix},
        {"calibration", calibration}});
 }
 

@@ -29,24 +29,33 @@ Progress::Progress(Mode mode, std::string what)
 
 Progress::~Progress() { clear(); }
 
-void Progress::operator()(std::size_t done, std::size_t total) {
-  if (mode_ == Mode::none || done == 0 || done >= total) return;
-  const auto now = Clock::now();
+void Progress::operator()(std::size_t done, std::size_t total, std::string_view now) {
+  if (mode_ == Mode::none) return;
+  const auto time = Clock::now();
+  if (done < done_) begin_ = last_ = time;
+  done_ = done;
+  if (done >= total) return clear();
+  if (done == 0) return;
   const double pause = mode_ == Mode::bar ? 0.1 : 5.0;  // s between two drawings
-  if (std::chrono::duration<double>(now - last_).count() < pause) return;
-  last_ = now;
-  const double elapsed = std::chrono::duration<double>(now - begin_).count();
-  const std::string left = duration_text(elapsed * static_cast<double>(total - done) / static_cast<double>(done));
+  const bool at_once = mode_ == Mode::bar && !now.empty();
+  if (!at_once && std::chrono::duration<double>(time - last_).count() < pause) return;
+  last_ = time;
+  const double elapsed = std::chrono::duration<double>(time - begin_).count();
+  const bool part = what_ == "%";
+  std::string rest = duration_text(elapsed * static_cast<double>(total - done) / static_cast<double>(done)) + " left";
+  if (!now.empty()) rest += ", " + std::string(now);
+  const std::string whole = part ? "%" : std::to_string(total) + " " + what_;
+  const std::size_t reached = part ? 100 * done / total : done;
   if (mode_ == Mode::text) {
-    std::fprintf(stderr, "%zu of %zu %s, %s left\n", done, total, what_.c_str(), left.c_str());
+    std::fprintf(stderr, "%zu %s%s, %s\n", reached, part ? "" : "of ", whole.c_str(), rest.c_str());
     return;
   }
   constexpr std::size_t kWidth = 30;
   const std::size_t filled = kWidth * done / total;
   const bool colour = has_colour(STDERR_FILENO);
-  std::fprintf(stderr, "\r[%s%s%s%s] %zu/%zu %s, %s left\033[K", colour ? "\033[32m" : "",
-               std::string(filled, '#').c_str(), colour ? "\033[0m" : "", std::string(kWidth - filled, '.').c_str(),
-               done, total, what_.c_str(), left.c_str());
+  std::fprintf(stderr, "\r[%s%s%s%s] %zu%s%s, %s\033[K", colour ? "\033[32m" : "", std::string(filled, '#').c_str(),
+               colour ? "\033[0m" : "", std::string(kWidth - filled, '.').c_str(), reached, part ? " " : "/",
+               whole.c_str(), rest.c_str());
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -78,6 +78,18 @@ bool applies(std::size_t kind, const Plant& plant) {
   return true;
 }
 
+/// Of a linear machine nobody can tell a stronger motor from a larger scale of the sensor.
+bool can_be_told_apart(const std::vector<Effect>& effects, const Plant& plant) {
+  if (redundant(effects)) return false;
+  const JointVector bent = JointVector::Constant(joints(plant), 0.3);
+  const bool linear = external_torque(plant, 2.0 * bent).isApprox(2.0 * external_torque(plant, bent));
+  const auto any = [&]<class E>(std::in_place_type_t<E>) {
+    return std::any_of(effects.begin(), effects.end(),
+                       [](const Effect& effect) { return std::holds_alternative<E>(effect.form); });
+  };
+  return !(linear && any(std::in_place_type<InputGain>) && any(std::in_place_type<SensorScale>));
+}
+
 double friction_of(const Plant& plant, int joint) {
   if (const auto* p = std::get_if<Pendulum>(&plant)) return p->friction;
   if (const auto* p = std::get_if<TwoLinkArm>(&plant)) return joint == 0 ? p->friction1 : p->friction2;
@@ -344,7 +356,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
         const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
         if (!used.insert({kind, joint}).second) continue;
         good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : 5.0, kLargest)) &&
-               !redundant(machine.effects);
+               can_be_told_apart(machine.effects, nominal);
       }
     } else if (order.family == "outside") {
       const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));

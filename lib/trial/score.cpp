@@ -81,6 +81,13 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
+/// A figure of the summary as people read it: shares in percent.
+std::string shown(const std::string& name, const ordered_json& figure) {
+  if (!figure.is_number()) return "-";
+  const bool share = name != "cases" && name.find('/') == std::string::npos && !name.starts_with("processor");
+  return share ? format(100.0 * figure.get<double>(), 4) + " %" : format(figure.get<double>(), 4);
+}
+
 struct Count {
   int cases = 0, detected = 0, named = 0, declined = 0, wrong = 0;
   void add(const Scored& s) {
@@ -132,6 +139,7 @@ Scored score(const std::string& name, const ordered_json& truth, const ordered_j
   s.declined = s.verdict == "unknown";
   const Set said = names_of_effects(d["explanation"]["effects"], arm);
   s.said = join(said);
+  s.hidden = s.family == "outside" ? s.label : join(wanted);
   const bool right = !wanted.empty() && same_but_for_classes(wanted, said, d["indistinguishable"]);
   if (s.confident) s.named = right;
   if (s.verdict == "ambiguous") {
@@ -284,7 +292,7 @@ std::string tables(const std::vector<Scored>& cases) {
   const ordered_json figures = summary(cases);
   text += "\n## Figures\n\n| | |\n|---|---:|\n";
   for (const auto& [name, figure] : figures.items()) {
-    text += "| " + name + " | " + (figure.is_number() ? format(figure.get<double>(), 4) : figure.dump()) + " |\n";
+    text += "| " + name + " | " + shown(name, figure) + " |\n";
   }
   return text;
 }
@@ -308,10 +316,11 @@ ordered_json summary(const std::vector<Scored>& cases) {
   const auto named = [](const Scored& s) { return s.named; };
   const auto known = [](const Scored& s) { return s.family == "single" || s.family == "pair" || s.family == "triple"; };
   const auto good = [&](const Scored& s) { return known(s) && s.named; };
-  std::vector<double> after, seconds;
+  std::vector<double> after, seconds, left_outside;
   double covered = 0.0, parameters = 0.0;
   for (const Scored& s : cases) {
     seconds.push_back(s.seconds);
+    if (s.family == "outside") left_outside.push_back(s.after / s.refit);
     if (!good(s)) continue;
     after.push_back(s.after);
     covered += s.covered;
@@ -341,6 +350,7 @@ ordered_json summary(const std::vector<Scored>& cases) {
                                                          };
                                                          return beyond(s.after) <= 0.25 * beyond(s.refit);
                                                        })},
+          {"outside: held-out after / refit, median", quantile(left_outside, 0.5)},
           {"explanations of probability >= 0.9 that are right",
            share([&](const Scored& s) { return known(s) && s.confident && s.probability >= 0.9; },
                  [](const Scored& s) { return !s.wrong; })},

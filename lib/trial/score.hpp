@@ -21,7 +21,7 @@ struct Scored {
   double before = 0.0, refit = 0.0, after = 0.0;  // held out, over the noise
   double step_error = -1.0;                       // s, of a torque_step's interval; -1: none
   double seconds = 0.0;
-  std::string verdict, said;
+  std::string verdict, said, hidden;
   nlohmann::ordered_json detail;
 };
 

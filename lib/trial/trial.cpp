@@ -84,7 +84,8 @@ void in_parallel(std::size_t count, int workers, const std::function<bool()>& in
   std::exception_ptr failure;
   std::mutex mutex;
   std::vector<std::thread> threads;
-  for (int w = 0; w < std::max(1, workers); ++w) {
+  const std::size_t wanted = std::min(count, static_cast<std::size_t>(std::max(1, workers)));
+  for (std::size_t w = 0; w < wanted; ++w) {
     threads.emplace_back([&] {
       for (std::size_t i = next++; i < count && !interrupted(); i = next++) {
         try {
@@ -115,6 +116,7 @@ Table table_of(const std::vector<Scored>& cases) {
   add("size", [](const Scored& s) { return Cell(s.size); });
   add("noise", [](const Scored& s) { return Cell(s.noise); });
   add("verdict", [](const Scored& s) { return Cell(s.verdict); });
+  add("hidden", [](const Scored& s) { return Cell(s.hidden); });
   add("said", [](const Scored& s) { return Cell(s.said); });
   add("probability", [](const Scored& s) { return Cell(s.probability); });
   add("detected", [&](const Scored& s) { return flag(s.detected); });
@@ -140,9 +142,15 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
   say("drawing " + std::to_string(orders.size()) + " machines with seed " + std::to_string(spec.seed));
   std::vector<ordered_json> truths(orders.size());
   std::vector<char> made(orders.size(), 0);
+  std::mutex counting;
+  std::size_t finished = 0;
   in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
     const trial::Case one = trial::make_case(spec, orders[i]);
     truths[i] = one.truth;
+    {
+      const std::scoped_lock lock(counting);
+      progress(++finished, orders.size());
+    }
     if (one.files.empty()) return;
     FileBatch batch;
     const fs::path place = folder / "cases" / one.name;
@@ -163,8 +171,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
 
   say("diagnosing in " + std::to_string(workers) + " processes");
   std::vector<double> seconds(orders.size(), -1.0);
-  std::mutex counting;
-  std::size_t finished = 0;
+  finished = 0;
   in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {
     if (made[i] == 0) return;
     const fs::path place = folder / "cases" / orders[i].name;
@@ -175,7 +182,9 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
     const std::scoped_lock lock(counting);
     progress(++finished, orders.size());
   });
-  if (interrupted()) return {};
+  TrialResult result;
+  result.sealed = true;
+  if (interrupted()) return result;
 
   const ordered_json truth = read_json(truth_file);
   std::vector<Scored> scored;
@@ -203,7 +212,6 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
     }
     scored.push_back(std::move(one));
   }
-  TrialResult result;
   result.summary = trial::summary(scored);
   result.summary["seed"] = spec.seed;
   result.summary["failed"] = failed;

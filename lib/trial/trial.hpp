@@ -42,6 +42,7 @@ struct TrialSpec {
 struct TrialResult {
   nlohmann::ordered_json summary;  // figures of all tables
   std::string markdown;            // the tables
+  bool sealed = false;             // all machines were drawn: what an interrupted trial has done can be kept
 };
 
 /// How a trial is run, and whom it tells.
@@ -49,7 +50,7 @@ struct TrialOptions {
   std::filesystem::path program;                                      // that diagnoses, in a process of its own
   int workers = 1;                                                    // such processes at a time
   std::function<void(const std::string&)> say;                        // one line after another
-  std::function<void(std::size_t done, std::size_t total)> progress;  // of diagnoses
+  std::function<void(std::size_t done, std::size_t total)> progress;  // of drawing, then of diagnoses
   std::function<bool()> interrupted;
   bool resume = false;  // keep the diagnoses of the same machines that this revision of the program has finished
 };

@@ -93,13 +93,13 @@ TEST_CASE("A run with --plot draws every controller's position and input, withou
   const CommandResult plain = bayesctrl_with({"run", two.spec(), "--out", two.path("p"), "--plot"});
   CHECK(plain.status == 0);
   for (const char* controller : {"P1", "oracle", "SP1", "SP2"}) {
-    CHECK_THAT(plain.out, Contains("slide, " + std::string(controller) + "\n          q [rad or m]"));
+    CHECK_THAT(plain.out, Contains("slide, " + std::string(controller) + "\n          q [m]"));
   }
   CHECK_THAT(plain.out, !Contains("\033"));
   const CommandResult json = bayesctrl_with({"run", two.spec(), "--out", two.path("p"), "--plot", "--json"});
   CHECK(nlohmann::json::parse(json.out)["ok"] == 4);
   const CommandResult free = bayesctrl_with({"simulate", two.spec(), "--plot"});
-  CHECK_THAT(free.err, Contains("q [rad or m]"));
+  CHECK_THAT(free.err, Contains("q [m]"));
   CHECK(parse_csv(free.out, "out").rows() == 201);  // the table alone
 }
 

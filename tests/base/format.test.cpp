@@ -48,3 +48,11 @@ TEST_CASE("A number can be cut to significant digits", "[base]") {
   CHECK(format(0.00012345, 2) == "0.00012");
   CHECK(format(std::numeric_limits<double>::max(), 17) == "1.7976931348623157e+308");
 }
+
+TEST_CASE("A probability is never rounded to certainty", "[base]") {
+  CHECK(percent_text(0.5) == "50 %");
+  CHECK(percent_text(0.98765) == "98.8 %");
+  CHECK(percent_text(0.99951) == "more than 99.9 %");
+  CHECK(percent_text(1.0) == "more than 99.9 %");
+  CHECK(percent_text(1e-4) == "0.01 %");
+}

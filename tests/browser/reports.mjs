@@ -194,6 +194,7 @@ const moves = async (page, what, wait) => {
 };
 
 // The window, or with `parts` (headings) the sections under them.
+const kTallest = 1120;  // pixels of a picture
 const shoot = async (page, shots, name, parts = []) => {
   if (!shots) return;
   mkdirSync(shots, {recursive: true});
@@ -203,8 +204,9 @@ const shoot = async (page, shots, name, parts = []) => {
     scrollTo(0, 0);
   });
   const boxes = await Promise.all(
-      parts.map(text => page.locator("section", {has: page.locator("h3", {hasText: text})}).last().boundingBox()));
-  const top = Math.min(...boxes.map(box => box.y)), bottom = Math.max(...boxes.map(box => box.y + box.height));
+      parts.map(text => page.locator("section", {has: page.locator("h2, h3", {hasText: text})}).last().boundingBox()));
+  const top = Math.min(...boxes.map(box => box.y));
+  const bottom = Math.min(top + kTallest, Math.max(...boxes.map(box => box.y + box.height)));
   await page.screenshot(
       parts.length ? {
         path,
@@ -229,6 +231,10 @@ const look = async (browser, kind, file, shots) => {
         await shoot(page, shots, `${kind}-evolution-${colorScheme}`, ["Evolution", "Motion"]);
         await shoot(page, shots, `${kind}-maps-${colorScheme}`, ["What was learned"]);
       }
+      if (kind === "diagnosis" && device === "desk")
+        await shoot(page, shots, `diagnosis-fit-${colorScheme}`, ["Does it predict"]);
+      if (kind === "trial" && device === "desk")
+        await shoot(page, shots, `trial-matrix-${colorScheme}`, ["Which effect was said"]);
       await chooses(page, what);
       await tabs(page, what);
       await sorts(page, what);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "diagnose/present.hpp"
 #include "diagnose/simulate_model.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
@@ -100,4 +101,22 @@ TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[
     CHECK(run.rms == Approx(diagnosis.json["fit"]["held_out"]["after"].get<double>()).epsilon(0.01));
   }
   fs::remove_all(out);
+}
+
+TEST_CASE("Equations of every effect carry plain signs", "[diagnose]") {
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [](const auto& form) {
+    Effect effect{form, 0, -1};
+    for (const double sign : {1.0, -1.0}) {
+      std::visit(
+          [&]<class E>(E& own) {
+            E::fields(own, [&](std::string_view, double& value, const Info&) { value = sign * 0.25; });
+          },
+          effect.form);
+      const std::string text = equation(effect, 1);
+      INFO(text);
+      CHECK(text.find('{') == std::string::npos);
+      for (const char* clumsy : {"+ -", "- -", "+= -", "-= -"}) CHECK(text.find(clumsy) == std::string::npos);
+    }
+  });
+  CHECK(equation({{SensorOffset{-0.02}, 0, -1}, {CoulombFriction{0.5}, 0, -1}}, 1).find("; ") != std::string::npos);
 }

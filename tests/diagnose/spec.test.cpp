@@ -232,3 +232,19 @@ TEST_CASE("Any spec of a diagnosis is either read or refused in one line", "[dia
   }
   CHECK(taken > 20);
 }
+
+TEST_CASE("Recordings that are not there are told where they are named, with what they may be meant to be",
+          "[diagnose]") {
+  const Folder folder;
+  const std::string spec = replaced(replaced(kSpec, "a.csv", "first.csv"), "b.csv", "secnod.csv");
+  write_file(folder.path() / "first.csv", "t,q,u\n");
+  write_file(folder.path() / "second.csv", "t,q,u\n");
+  const std::vector<SpecError> missing = missing_files(read_text(spec, folder));
+  REQUIRE(missing.size() == 2);
+  CHECK_THAT(missing[0].what(),
+             Catch::Contains("spec.yaml:10:25: there is no file '") && Catch::EndsWith("did you mean 'second.csv'?"));
+  CHECK_THAT(missing[1].what(), Catch::Contains("spec.yaml:11:") && Catch::Contains("c.csv"));
+  write_file(folder.path() / "secnod.csv", "");
+  write_file(folder.path() / "c.csv", "");
+  CHECK(missing_files(read_text(spec, folder)).empty());
+}

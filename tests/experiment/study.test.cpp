@@ -12,11 +12,18 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-/// The message after these changes, without the place, which is the spec's first key.
+/// The message after these changes, without the place: one of the changes, or line and column of the spec.
 std::string problem_of(const auto&... changes) {
   const std::string text = io_examples::error_of([&] { slide({std::string(changes)...}); });
-  const std::string place = "slide.yaml:1:1: ";
-  return text.starts_with(place) ? text.substr(place.size()) : "not at the spec's begin: " + text;
+  for (const std::string& change : {std::string(changes)...}) {
+    const std::string place = "--set " + change + ": ";
+    if (text.starts_with(place)) return text.substr(place.size());
+  }
+  const std::size_t cut = text.find("...: ");  // of a long change
+  if (text.starts_with("--set ") && cut != std::string::npos) return text.substr(cut + 5);
+  const std::size_t end = text.find(": ");
+  const bool placed = text.starts_with("slide.yaml:") && end != std::string::npos;
+  return placed ? text.substr(end + 2) : "without a place: " + text;
 }
 
 constexpr const char* kArm = "model={plant: two_link_arm}";
@@ -38,6 +45,15 @@ TEST_CASE("Wrong numbers of joints are refused, each by its name", "[experiment]
   CHECK(problem_of("learner.probing_input=[1, 2]") == "learner.probing_input has 2 values, but the plant has 1 joint");
   CHECK(problem_of(kArm) == "initial_state.position has 1 value, but the plant has 2 joints");
   CHECK(problem_of(kArm, kArmState) == "reference has 1 value, but the plant has 2 joints");
+}
+
+TEST_CASE("What contradicts something else is located where it stands", "[experiment]") {
+  const auto place_of = [](const std::string& change) {
+    const std::string text = io_examples::error_of([&] { slide({change}); });
+    return text.substr(0, text.find(": controller '"));
+  };
+  CHECK(place_of("controllers.SP2.trained_from=nobody") == "--set controllers.SP2.trained_from=nobody");
+  CHECK(place_of("belief=null") != "slide.yaml:1:1");  // the controller that needs it
 }
 
 TEST_CASE("A belief that does not fit the machine is refused", "[experiment]") {

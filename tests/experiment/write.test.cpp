@@ -109,3 +109,9 @@ TEST_CASE("A folder without a table is an error that names it", "[experiment]") 
   CHECK(error_of<DataError>([&] { gather_tables({folder.path()}); }) ==
         (folder.path() / "table.csv").string() + ":2: has 1 cells, the header 2");
 }
+
+TEST_CASE("A table that `run` did not write is refused", "[experiment]") {
+  const Folder folder;
+  write_file(folder.path() / "table.csv", "experiment,controller\nexp1,P1\n");
+  CHECK_THAT(error_of<DataError>([&] { gather_tables({folder.path()}); }), Catch::Contains("has no column 'status'"));
+}

@@ -89,3 +89,19 @@ TEST_CASE("A spec with mistyped keys is still taken for what it is meant to be",
   CHECK(name("name: x\npairs: 1\n") == "trial");
   CHECK_THROWS_AS(kind_of(parse_yaml("[1, 2]", "spec.yaml")), SpecError);
 }
+
+TEST_CASE("A spec that is clearly of another kind is refused, with the command that reads it", "[inspect]") {
+  for (const fs::path& path : all_configs()) {
+    const Node spec = read_yaml(path);
+    const SpecKind& own = kind_of(spec);
+    for (const SpecKind& other : spec_kinds()) {
+      INFO(path << " as " << other.name);
+      if (other.name == own.name) {
+        CHECK_NOTHROW(require_kind(spec, other.name));
+      } else {
+        CHECK_THROWS_WITH(require_kind(spec, other.name),
+                          Catch::Contains(path.filename().string()) && Catch::Contains("it is for bayesctrl "));
+      }
+    }
+  }
+}

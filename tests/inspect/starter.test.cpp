@@ -103,6 +103,22 @@ TEST_CASE("A header that names no position or no input is refused with its colum
   CHECK_THROWS_WITH(guesses("t,q"), Contains("an input for each position"));
 }
 
+TEST_CASE("Columns that the user names need no guess", "[inspect]") {
+  const Folder folder;
+  const fs::path file = folder.path() / "a.csv";
+  write_file(file, csv("Zeit,Winkel [deg],Moment", 0.01));
+  CHECK_THROWS_WITH(diagnosis_starter({file}, "", folder.path()), Contains("name it with --position"));
+  CHECK_THROWS_WITH(diagnosis_starter({file}, "", folder.path(), {.time = "Ziet", .position = {}, .input = {}}),
+                    Contains("has no column 'Ziet', did you mean 'Zeit'?"));
+  write_file(folder.path() / "spec.yaml",
+             diagnosis_starter({file}, "", folder.path(),
+                               {.time = "Zeit", .position = {"Winkel [deg]"}, .input = {"Moment"}}));
+  const DiagnosisSpec spec = read_diagnosis_spec(folder.path() / "spec.yaml");
+  CHECK(spec.signals.position.front().column == "Winkel [deg]");
+  CHECK(spec.signals.position.front().scale == Approx(3.14159265 / 180.0));
+  CHECK(spec.signals.input.front().column == "Moment");
+}
+
 TEST_CASE("The starter of a diagnosis reads its recordings as they are", "[inspect]") {
   const Folder folder;
   write_file(folder.path() / "data" / "a b.csv", csv("time_ms,angle_deg,torque", 10.0));
@@ -132,7 +148,7 @@ TEST_CASE("The starter of a diagnosis chooses a plant from the columns, and the 
   CHECK(std::holds_alternative<TwoLinkArm>(*starter(folder, {arm}).model.plant));
   CHECK(std::holds_alternative<Custom>(*starter(folder, {slide}, "custom").model.plant));
   CHECK(starter(folder, {arm}, "pendulum").joints() == 1);
-  CHECK_THROWS_WITH(starter(folder, {slide}, "two_link_arm"), Contains("only 1 columns seem to be positions"));
+  CHECK_THROWS_WITH(starter(folder, {slide}, "two_link_arm"), Contains("columns that seem to be positions: 1"));
   const DiagnosisSpec several =
       starter(folder, {slide, write("b.csv", "t,x_mm,v_mm/s,force"), write("c.csv", "t,x_mm,v_mm/s,force")});
   CHECK(several.recordings.size() == 2);

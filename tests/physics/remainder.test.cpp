@@ -7,6 +7,7 @@
 
 #include "base/random.hpp"
 #include "physics/machine.hpp"
+#include "physics/remainder_sum.hpp"
 
 using namespace bayesctrl;
 
@@ -89,5 +90,39 @@ TEST_CASE("Joints whose friction and remainder set one another free without end 
     StateVector start(4);
     start << 0.1, -0.1, 0.01, -0.02;
     CHECK(machine.run(start, time, machine.drives(time, input), 0, 100, 0.005).allFinite());
+  }
+}
+
+TEST_CASE("The sum arranged for simulations is the remainder, for terms of every kind and after any past",
+          "[remainder]") {
+  RandomStream random(20261122);
+  const auto u = [&](double low, double high) { return draw_uniform(random, low, high); };
+  for (int round = 0; round < 30; ++round) {
+    Remainder remainder;
+    for (std::size_t kind = 0; kind < names(TermKind{}).size(); ++kind) {
+      const double c = u(0.1, 0.5);
+      const int joint = u(0.0, 1.0) < 0.5 ? 0 : 1, count = static_cast<int>(u(0.0, 4.999));
+      for (int i = 0; i < count; ++i) {
+        remainder.terms.push_back(
+            {static_cast<TermKind>(kind), joint, -1, u(0.1, 1.0), u(0.2, 1.0), c, u(0.2, 1.0), u(-2.0, 2.0)});
+      }
+    }
+    if (round % 3 > 0) remainder.regions = {{-1.0, 1.0, 2.0, 1.5, 4.0}, {-0.5, 0.5, 1.0, 0.0, 1e300}};
+    const RemainderSum sum(remainder);
+    CHECK(sum.empty() == remainder.empty());
+    const auto draw = [&](double most) {
+      JointVector x(2);
+      x << u(-most, most), u(-most, most);
+      return x;
+    };
+    Remainder::Memory one = remainder.begin(draw(1.0), draw(1.0), draw(1.0)), other = one;
+    for (int k = 0; k < 40; ++k) {
+      const JointVector q = draw(1.3), v = draw(2.5), input = draw(2.0);
+      const double t = u(0.0, 2.0), h = u(0.001, 0.1);
+      const JointVector expected = remainder.torque(one, q, v, input, t);
+      CHECK((sum.torque(other, q, v, input, t) - expected).norm() <= 1e-12 * (1.0 + expected.norm()));
+      remainder.advance(one, q, v, input, h);
+      sum.advance(other, q, v, input, h);
+    }
   }
 }

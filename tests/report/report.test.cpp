@@ -89,16 +89,20 @@ TEST_CASE("Text in pages is escaped", "[report]") {
 TEST_CASE("The report of a trial shows what was said for what", "[report]") {
   const Folder folder;
   write_file(folder.path() / "summary.json", R"({"cases": 3, "seed": 7})");
-  write_file(
-      folder.path() / "cases.csv",
-      "case,family,truth,verdict,probability,named\n"
-      "a,single,input_gain,named,0.99,1\nb,single,input_gain,named,0.95,0\nc,nothing,nothing,nothing_missing,1,0\n"
-      "d,outside,magnetic_latch,unknown,0,0\n");
+  write_file(folder.path() / "cases.csv",
+             "case,family,truth,hidden,verdict,said,probability,named\n"
+             "a,single,input_gain,input_gain,named,input_gain,0.99,1\n"
+             "b,single,input_gain,input_gain@2,named,sensor_scale@2,0.95,0\n"
+             "c,nothing,nothing,-,nothing_missing,-,1,0\n"
+             "d,outside,magnetic_latch,magnetic_latch,unknown,-,0,0\n"
+             "e,pair,pair,linear_spring + input_gain,named,linear_spring,0.97,0\n");
   const std::string html = report({folder.path()});
-  CHECK_THAT(html, Contains(R"(["input_gain",2,1,1,0])"));
-  CHECK_THAT(html, Contains(R"(["nothing",1,1,0,0])"));
-  CHECK_THAT(html, Contains(R"(["outside: magnetic_latch",1,0,0,1])"));
-  CHECK_THAT(html, Contains(R"("right":0.5,"cases":2.0)"));
+  CHECK_THAT(html, Contains(R"(["input_gain",2,1,"sensor_scale@2",0])"));
+  CHECK_THAT(html, Contains(R"(["nothing",1,1,"",0])"));
+  CHECK_THAT(html, Contains(R"(["outside: magnetic_latch",1,0,"",1])"));
+  CHECK_THAT(html, Contains(R"(["pair",1,0,"linear_spring for linear_spring + input_gain",0])"));
+  CHECK_THAT(html, Contains(R"({"hidden":"input_gain","said":{"input_gain":1,"sensor_scale":1}})"));
+  CHECK_THAT(html, Contains(R"("cases":3.0)"));
 }
 
 TEST_CASE("Damaged results of a diagnosis or a trial are told, with their place", "[report]") {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/effects/joint_state.hpp"
+#include "physics/effects/sensor_offset.hpp"
 
 namespace bayesctrl {
 
@@ -9,6 +9,7 @@ struct GravityTilt {
   static constexpr std::string_view kName = "gravity_tilt";
   static constexpr std::string_view kEquation = "gravity acts at q + {angle}";
   static constexpr std::string_view kText = "the machine stands tilted against the vertical";
+  using Contains = SensorOffset;  // only the difference of the two angles moves the machine
   double angle = 0.05;
 
   static void fields(auto& self, auto&& field) {

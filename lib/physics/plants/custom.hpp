@@ -24,6 +24,7 @@ class Custom {
  public:
   static constexpr std::string_view kName = "custom";
   static constexpr std::string_view kText = "the acceleration of each joint, written as an expression";
+  static constexpr std::string_view kPositionUnit = "", kInputUnit = "";  // empty: the user alone knows
   static constexpr std::string_view kEquation = "q'' = acceleration(q, v, u, t, parameters)";
 
   /// `text` per joint; `inertia` per joint (torque = inertia * acceleration), empty for 1. Throws

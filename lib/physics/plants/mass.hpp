@@ -8,6 +8,7 @@ namespace bayesctrl {
 struct Mass {
   static constexpr std::string_view kName = "mass";
   static constexpr std::string_view kText = "a slide driven by a force, or a bare rotor driven by a torque";
+  static constexpr std::string_view kPositionUnit = "m", kInputUnit = "N";
   static constexpr std::string_view kEquation = "{mass} q'' = u - {friction} v";
   static constexpr int kJoints = 1;
   double mass = 1.0;

@@ -11,6 +11,7 @@ namespace bayesctrl {
 struct Pendulum {
   static constexpr std::string_view kName = "pendulum";
   static constexpr std::string_view kText = "point mass on a rod, driven by a torque; q = 0 hangs down";
+  static constexpr std::string_view kPositionUnit = "rad", kInputUnit = "N m";
   static constexpr std::string_view kEquation =
       "{mass} {length}^2 q'' = u - {mass} {gravity} {length} sin(q) - r v, "
       "r = {friction} + {friction_amplitude} cos(q - {friction_centre})";

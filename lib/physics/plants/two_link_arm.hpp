@@ -13,6 +13,7 @@ struct TwoLinkArm {
   static constexpr std::string_view kName = "two_link_arm";
   static constexpr std::string_view kText =
       "planar arm, both joints driven; q1 from hanging down, q2 relative to link 1";
+  static constexpr std::string_view kPositionUnit = "rad", kInputUnit = "N m";
   static constexpr std::string_view kEquation = "M(q) q'' + C(q, v) v + G(q) + friction v = u, rotors adding to M";
   static constexpr int kJoints = 2;
   double mass1 = 1.0, mass2 = 1.0;

@@ -40,7 +40,7 @@ const labels_of = list => {  // of ticks: as few digits as tell them apart
   }
 };
 const percent = x => (100 * x).toFixed(x >= 0.0995 ? 0 : 1) + "\u00a0%";
-const words = name => name.replaceAll("_", " ");
+const words = name => name.replaceAll("_", " ").replace(/@(\d+)/g, " in joint $1");
 const numbered = (name, j, joints) => joints > 1 ? name + (j + 1) : name;
 const with_unit = (text, unit) => unit ? `${text} (${unit})` : text;
 const range = lists => {  // of numbers, leaving out what is missing
@@ -204,4 +204,29 @@ const tabs = (place, label, names, draw) => {
     if (printing.matches) names.forEach((_, i) => ensure(i));
   });
   show(0);
+};
+
+// A nested object as rows [path, value], with all digits; lists stand in one cell.
+const flat = (object, path = "") => Object.entries(object ?? {}).flatMap(([key, value]) => {
+  const name = path ? `${path}.${key}` : key;
+  if (value === null) return [[name, null]];
+  if (typeof value !== "object") return [[name, String(value)]];
+  if (Array.isArray(value) && value.every(x => typeof x !== "object")) return [[name, `[${value.join(", ")}]`]];
+  return flat(value, name);
+});
+// Settings and provenance of results: of an experiment, a diagnosis, a trial.
+const origin = (place, title, {spec, provenance}, level = "h3") => {
+  if (!spec) return;
+  const seed = "seed" in provenance ? `, seed ${provenance.seed}` : "";
+  section(place, "Settings and provenance", level)
+      .append(
+          element(
+              "details", {}, element("summary", {}, "Settings: the whole spec with every default"),
+              table(`Settings of ${title}, SI units`, ["setting", "value"], flat(spec))),
+          element(
+              "details", {},
+              element(
+                  "summary", {},
+                  `Provenance: ${provenance.program} ${provenance.version}, revision ${provenance.revision}${seed}`),
+              table(`Provenance of ${title}`, ["what", "value"], flat(provenance))));
 };

@@ -3,6 +3,10 @@ const d = data.diagnosis, unit = d.fit.unit;
 const joints = [...data.runs, ...data.torque].reduce((most, run) => Math.max(most, run.joints.length), 1);
 const file = path => path.split("/").pop();
 const of_joint = (recording, j) => file(recording) + (joints > 1 ? `, joint ${j + 1}` : "");
+const free = Object.entries(d.parameters).filter(([, p]) => p.free).map(([name]) => name);
+// Probabilities are never rounded to certainty.
+const chance = p => p > 0.9995 ? "more than 99.9\u00a0%" : p < 0.001 ? "less than 0.1\u00a0%" : percent(p);
+const interval = sd => sd ? {value: 1.96 * sd, text: "± " + number(1.96 * sd, 2)} : null;
 const velocity = unit ? unit + "/s" : "";
 const torque = unit === "m" ? "N" : unit === "rad" ? "N m" : "";
 
@@ -14,11 +18,12 @@ const fit = () => {
   bars(
       part,
       `Error of simulations of ${number(d.fit.horizon_s)} s on ${where}, root mean square${
-          unit ? " in " + unit : ""}. The sensor's noise is ${number(d.fit.noise_floor)} ${unit}.`,
+          unit ? " in " + unit : ""}. Refit: ${
+          free.length ? "the nominal with other values of " + free.map(words).join(", ") :
+                        "the nominal itself, no parameter of which is free"}.`,
       [
         {label: "as it was", value: error.before, colour: "orange"},
-        ...(error.refit !== error.before ? [{label: "refit", value: error.refit, colour: "grey"}] : []),
-        {label: "corrected", value: error.after, colour: "blue"},
+        {label: "refit", value: error.refit, colour: "grey"}, {label: "corrected", value: error.after, colour: "blue"},
         {label: "sensor noise", value: d.fit.noise_floor, colour: "line"}
       ],
       unit);
@@ -57,8 +62,9 @@ const plane = (place, caption, joint) => {
         wide = ([a, b]) => [a - 0.04 * (b - a || 1), b + 0.04 * (b - a || 1)];
   const size = joint.torque.filter(x => x !== null).map(Math.abs).sort((a, b) => a - b),
         full = size[Math.floor(0.98 * (size.length - 1))] || 1;
+  caption += ` Full colour: ±${number(full, 3)} ${torque}.`;
   const frame = axes(
-      `${caption} 98 % of the torques are within ±${number(full, 3)}.`, wide(range([joint.q])), wide(range([joint.v])),
+      caption, wide(range([joint.q])), wide(range([joint.v])),
       [with_unit("position", unit), with_unit("velocity", velocity)]);
   for (let i = 0; i < joint.q.length; i += keep) {
     if (joint.q[i] === null || joint.v[i] === null || joint.torque[i] === null) continue;
@@ -74,12 +80,17 @@ const plane = (place, caption, joint) => {
   figure(place, frame.svg, caption);
 };
 
+const sides = {
+  drift: "in the mechanics (drift)",
+  input: "between command and torque (input)",
+  sensor: "in the position sensor"
+};
 const mismatch = () => {
   if (!d.mismatch.detected) return;
   const part = section(main, "Where is the mismatch?");
   const shares = Object.entries(d.mismatch.depends_on).filter(s => s[1] >= 0.005).sort((a, b) => b[1] - a[1]);
   part.append(paragraph(
-      `Joint ${d.mismatch.joint ?? "–"}, on the ${d.mismatch.channel ?? "–"} side.` +
+      `In joint ${d.mismatch.joint ?? "–"}, ${sides[d.mismatch.channel] ?? "–"}.` +
       (shares.length ? ` The missing torque depends on ${
                            shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ")}.` :
                        "")));
@@ -114,57 +125,80 @@ const mismatch = () => {
 
 const explanation = () => {
   const effects = d.explanation.effects;
-  if (!effects.length && !d.alternatives.length) return;
-  const part = section(main, "Which physics is missing?");
+  if (!effects.length && !d.alternatives.length && !d.remainder) return;
+  const part = section(main, "Which physics is missing?"), best = effects.map(e => words(e.name)).join(" + ");
+  const alike = d.alternatives.filter(a => a.indistinguishable);
+  if (effects.length || d.alternatives.length) {
+    const name = list => list.map(words).join(" + ") || "nothing is missing";
+    part.append(table(
+        "Explanations and their probabilities", ["explanation", "probability", "equation"], [
+          ...(effects.length ?
+                  [[
+                    best + (alike.length ? " or what is told apart by nothing" : ""),
+                    {value: d.explanation.probability, text: chance(d.explanation.probability)}, d.explanation.equation
+                  ]] :
+                  []),
+          ...d.alternatives.map(a => [name(a.effects), {
+                                        value: a.probability,
+                                        text: a.indistinguishable ? `${chance(a.probability)} of the first` :
+                                                                    chance(a.probability)
+                                      },
+                                      a.equation])
+        ]));
+  }
+  if (d.remainder) {
+    const shares = Object.entries(d.remainder.depends_on).filter(s => s[1] >= 0.05);
+    const causes = shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ");
+    part.append(paragraph(
+        `${percent(d.remainder.share)} of the nominal's error (squares) is explained by no effect of the catalogue` +
+        (causes ? `; it depends on ${causes}.` : ".")));
+  }
+};
+
+const parameters = () => {
+  const nominal = Object.entries(d.parameters), effects = d.explanation.effects;
+  if (!nominal.length && !effects.length) return;
+  const part = section(main, "Parameters"), columns = ["parameter", "value", "95 % interval", "unit"];
   if (effects.length) {
-    part.append(element(
-        "p", {}, `Probability ${percent(d.explanation.probability)}. `, element("code", {}, d.explanation.equation)));
-    const rows = effects.flatMap(
-        e => Object.entries(e.parameters)
-                 .map(
-                     ([name, p]) =>
-                         [words(e.name), e.joint, words(name), p.value,
-                          p.sd ? {value: 1.96 * p.sd, text: "± " + number(1.96 * p.sd, 2)} : null, p.unit, e.text]));
     part.append(table(
-        "Parameters of the effects", ["effect", "joint", "parameter", "value", "95 % interval", "unit", "in words"],
-        rows));
+        "Parameters of the effects", ["effect", "joint", ...columns, "in words"],
+        effects.flatMap(
+            e => Object.entries(e.parameters)
+                     .map(([name,
+                            p]) => [words(e.name), e.joint, words(name), p.value, interval(p.sd), p.unit, e.text]))));
   }
-  if (d.alternatives.length) {
+  if (nominal.length) {
     part.append(table(
-        "Alternatives and their probabilities", ["explanation", "probability"],
-        d.alternatives.map(a => [a.effects.map(words).join(" + ") || "nothing is missing", a.probability])));
+        "Parameters of the nominal model", ["parameter", "nominal", "value", "95 % interval", "unit"],
+        nominal.map(
+            ([name,
+              p]) => [words(name), p.nominal, p.value, p.free ? interval(p.sd) : "trusted, not estimated", p.unit])));
   }
+};
+
+const apart = () => {
+  if (!d.indistinguishable.length) return;
+  const part = section(main, "What could not be told apart");
   for (const names of d.indistinguishable)
     part.append(paragraph(`These recordings cannot separate: ${names.map(words).join(", ")}.`));
 };
 
+const kLeastP = 0.005;  // of 199 replicates
+const p_cell = p =>
+    ({value: p, text: p <= kLeastP ? "≤ " + kLeastP : number(p, 2), kind: p <= kLeastP ? "violated" : ""});
 const rest = () => {
-  if (d.remainder) {
-    const shares = Object.entries(d.remainder.depends_on).filter(s => s[1] >= 0.05);
-    const causes = shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ");
-    section(main, "What is left")
-        .append(paragraph(
-            `${
-                percent(
-                    d.remainder.share)} of the nominal's error (squares) is explained by no effect of the catalogue` +
-            (causes ? `; it depends on ${causes}.` : ".")));
-  }
-  const parameters = Object.entries(d.parameters);
-  if (parameters.length) {
-    section(main, "Parameters of the nominal model")
-        .append(table(
-            "Parameters: nominal and estimated", ["parameter", "nominal", "value", "standard deviation"],
-            parameters.map(([name, p]) => [words(name), p.nominal, p.value, p.sd])));
-  }
   if (d.next_experiment) {
     const next = d.next_experiment, part = section(main, "What to try next");
-    part.append(paragraph(`${next.input}. It is expected to tell ${
-        next.separates.map(words).join(" from ")}: log odds ${number(next.expected_log_odds, 3)}.`));
+    const odds = next.expected_log_odds > 100 ? "practically certain, log odds above 100" :
+                                                `log odds ${number(next.expected_log_odds, 3)}`;
+    part.append(
+        paragraph(`${next.input}. It is expected to tell ${next.separates.map(words).join(" from ")}: ${odds}.`));
     if (next.signal) {
       plot(
           part, `Proposed input of joint ${next.signal.joint}.`,
           next.signal.values.map((_, i) => i * next.signal.period_s),
-          [{label: "input", values: next.signal.values, colour: "blue", steps: true}], {y: "input", height: 200});
+          [{label: "input", values: next.signal.values, colour: "blue", steps: true}],
+          {y: with_unit("input", next.signal.unit), height: 200});
     }
   }
   if (d.residual.after) {
@@ -179,8 +213,9 @@ const rest = () => {
         .append(table(
             "Tests of the residual", ["test", "p, nominal", "p, explained", "meaning of a small p"],
             Object.entries(tests).map(
-                ([name,
-                  text]) => [words(name), d.residual.before[name].p_value, d.residual.after[name].p_value, text])));
+                ([name, text]) =>
+                    [words(name), p_cell(d.residual.before[name].p_value), p_cell(d.residual.after[name].p_value),
+                     text])));
   }
 };
 
@@ -189,5 +224,8 @@ if (d.reason) main.append(paragraph(d.reason, "soft"));
 fit();
 mismatch();
 explanation();
+parameters();
+apart();
 rest();
+origin(main, d.name, data.origin, "h2");
 begin();

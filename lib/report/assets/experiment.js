@@ -141,29 +141,6 @@ const evolution = (place, study, clock, key) => {
   part.append(paragraph(kPlotHelp, "soft hint"));
 };
 
-// A nested object as rows [path, value], with all digits; lists stand in one cell.
-const flat = (object, path = "") => Object.entries(object ?? {}).flatMap(([key, value]) => {
-  const name = path ? `${path}.${key}` : key;
-  if (value === null) return [[name, null]];
-  if (typeof value !== "object") return [[name, String(value)]];
-  if (Array.isArray(value) && value.every(x => typeof x !== "object")) return [[name, `[${value.join(", ")}]`]];
-  return flat(value, name);
-});
-const settings = (place, study) => {
-  const part = section(place, "Settings and provenance", "h3");
-  part.append(
-      element(
-          "details", {}, element("summary", {}, "Settings: the whole spec with every default"),
-          table(`Settings of ${title_of(study)}, SI units`, ["setting", "value"], flat(study.spec))),
-      element(
-          "details", {},
-          element(
-              "summary", {},
-              `Provenance: ${study.provenance.program} ${study.provenance.version}, revision ${
-                  study.provenance.revision}, seed ${study.provenance.seed}`),
-          table(`Provenance of ${title_of(study)}`, ["what", "value"], flat(study.provenance))));
-};
-
 // The settings of the paper's Table 1.
 const task = (place, study) => {
   const s = study.spec,
@@ -201,7 +178,7 @@ const panel = (study, place, index) => {
   evolution(place, study, time, "study" + index);
   animation(place, study, time);
   learned(place, study);
-  settings(place, study);
+  origin(place, title_of(study), study);
 };
 
 const many = (n, what, whats = what + "s") => `${n} ${n === 1 ? what : whats}`;

@@ -1,0 +1,141 @@
+#include "diagnose/term_groups.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kBumps = 36;         // along each input
+constexpr int kFineBumps = 72;     // where edges are sharp
+constexpr int kStateBumps = 7;     // along each side of the grid over position and velocity
+constexpr int kProductBumps = 18;  // along the first of two causes
+constexpr int kPastBumps = 12;     // along what is remembered, for each time constant
+constexpr double kTimeStep = 0.1;  // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;  // s between bumps in the time of one recording
+constexpr double kRare = 0.05;     // of the samples, on either side of where fine terms lie
+constexpr double kSlow = 0.01;     // of the highest speed: dry friction is smooth over it
+
+using Terms = std::vector<Term>;
+
+Terms bumps(TermKind kind, int joint, double low, double high, int count, int recording = -1) {
+  const double step = std::max(high - low, 1e-9) / (count - 1);
+  Terms list;
+  for (int i = 0; i < count; ++i) list.push_back({kind, joint, recording, low + i * step, step});
+  return list;
+}
+
+void append(Terms& list, const Terms& more) { list.insert(list.end(), more.begin(), more.end()); }
+
+Terms with_c(Terms list, double c) {
+  for (Term& term : list) term.c = c;
+  return list;
+}
+
+/// Between what the motion of one joint mostly is: a pendulum that turned over once has a wide range.
+std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::MatrixXd Trajectory::*of, int joint) {
+  std::vector<double> all;
+  for (const Trajectory& path : paths) {
+    const Eigen::VectorXd values = (path.*of).col(joint);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  std::sort(all.begin(), all.end());
+  const auto at = [&](double part) {
+    return all[static_cast<std::size_t>(part * static_cast<double>(all.size() - 1))];
+  };
+  return {at(kRare), at(1.0 - kRare)};
+}
+
+Terms velocity_terms(const Survey& s, int joint) {
+  Terms list = bumps(TermKind::bump_velocity, joint, -s.speed, s.speed, kBumps);
+  for (const double part : {0.005, 0.03, 0.15}) list.push_back({TermKind::sign_velocity, joint, -1, part * s.speed});
+  return list;
+}
+
+Terms input_terms(const Survey& s, int joint) {
+  Terms list = bumps(TermKind::bump_input, joint, -s.input, s.input, kBumps);
+  for (const double part : {0.01, 0.1}) list.push_back({TermKind::sign_input, joint, -1, part * s.input});
+  return list;
+}
+
+/// Quick in what all recordings share, slow in each one alone.
+Terms time_terms(const Survey& s, int joint) {
+  const double longest = *std::max_element(s.durations.begin(), s.durations.end());
+  Terms list = bumps(TermKind::bump_time, joint, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
+  for (std::size_t r = 0; r < s.durations.size(); ++r) {
+    append(list, bumps(TermKind::bump_time, joint, 0.0, s.durations[r],
+                       std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1), static_cast<int>(r)));
+  }
+  return list;
+}
+
+Terms history_terms(const Survey& s, int joint) {
+  Terms list;
+  for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) {
+    if (s.input > 0.0) {
+      list.push_back({TermKind::late_input, joint, -1, tau});
+      list.push_back({TermKind::warm_motor, joint, -1, tau});
+    }
+    list.push_back({TermKind::late_velocity, joint, -1, tau});
+    list.push_back({TermKind::late_position, joint, -1, tau});
+    list.push_back({TermKind::warm_viscous, joint, -1, tau});
+    list.push_back({TermKind::warm_dry, joint, -1, tau, kSlow * s.speed});
+    list.push_back({TermKind::reversal, joint, -1, tau, kSlow * s.speed});
+  }
+  for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
+    list.push_back({TermKind::play, joint, -1, part * (s.highest - s.lowest)});
+  }
+  return list;
+}
+
+Terms state_terms(const Survey& s, int joint) {
+  const double dq = (s.highest - s.lowest) / (kStateBumps - 1), dv = 2.0 * s.speed / (kStateBumps - 1);
+  Terms list;
+  for (int a = 0; a < kStateBumps; ++a) {
+    for (int b = 0; b < kStateBumps; ++b) {
+      list.push_back({TermKind::bump_state, joint, -1, s.lowest + a * dq, dq, -s.speed + b * dv, dv});
+    }
+  }
+  return list;
+}
+
+/// Low-passed functions of what was between -most and most.
+Terms past_terms(TermKind kind, int joint, double most) {
+  Terms list;
+  for (const double tau : {0.1, 0.3, 1.0}) append(list, with_c(bumps(kind, joint, -most, most, kPastBumps), tau));
+  return list;
+}
+
+}  // namespace
+
+std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory>& paths, int joint) {
+  std::vector<TermGroup> groups;
+  const auto add = [&](Cause cause, bool rich, Terms terms) {
+    groups.push_back({cause, rich, joint, std::move(terms)});
+  };
+  const bool driven = s.input > 0.0;
+  add(Cause::position, false, bumps(TermKind::bump_position, joint, s.lowest, s.highest, kBumps));
+  add(Cause::velocity, false, velocity_terms(s, joint));
+  if (driven) add(Cause::input, false, input_terms(s, joint));
+  add(Cause::time, false, time_terms(s, joint));
+  add(Cause::history, false, history_terms(s, joint));
+  add(Cause::velocity, true, state_terms(s, joint));
+  add(Cause::velocity, true, bumps(TermKind::position_drag, joint, s.lowest, s.highest, kProductBumps));
+  add(Cause::velocity, true,
+      with_c(bumps(TermKind::position_dry, joint, s.lowest, s.highest, kProductBumps), kSlow * s.speed));
+  if (driven) {
+    add(Cause::input, true, bumps(TermKind::position_gain, joint, s.lowest, s.highest, kProductBumps));
+    add(Cause::input, true, bumps(TermKind::velocity_gain, joint, -s.speed, s.speed, kProductBumps));
+    add(Cause::input, true, bumps(TermKind::bump_input, joint, -s.input, s.input, kFineBumps));
+    add(Cause::history, true, past_terms(TermKind::past_input, joint, s.input));
+  }
+  add(Cause::history, true, past_terms(TermKind::past_velocity, joint, s.speed));
+  const auto [left, right] = most_of(paths, &Trajectory::position, joint);
+  add(Cause::position, true, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
+  const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);
+  add(Cause::velocity, true, bumps(TermKind::bump_velocity, joint, slowest, quickest, kFineBumps));
+  return groups;
+}
+
+}  // namespace bayesctrl

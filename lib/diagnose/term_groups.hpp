@@ -1,0 +1,20 @@
+#pragma once
+
+#include "diagnose/smoother.hpp"
+#include "physics/effect.hpp"
+#include "physics/remainder.hpp"
+
+namespace bayesctrl {
+
+/// Terms that say together how a torque may depend on one cause.
+struct TermGroup {
+  Cause cause = Cause::position;
+  bool rich = false;  // the product of two causes, the past of one, or finer than what causes are compared by
+  int joint = 0;
+  std::vector<Term> terms;
+};
+
+/// All groups for one joint, spread over what the motion along `paths` visits; `seen` is its survey.
+std::vector<TermGroup> term_groups(const Survey& seen, const std::vector<Trajectory>& paths, int joint);
+
+}  // namespace bayesctrl
