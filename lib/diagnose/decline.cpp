@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "diagnose/free_runs.hpp"
+#include "diagnose/remainder_search.hpp"
 
 namespace bayesctrl {
 
@@ -14,7 +15,8 @@ constexpr double kWorthwhile = 0.02;      // logarithm of the error that a large
 constexpr double kEnough = 1.03;          // noise, RMS: no model can do much better
 constexpr std::size_t kMostWindows = 40;  // of free runs by which models are compared,
 constexpr double kCoarseStep = 4e-3;      // s, of the integration
-constexpr double kEffects = 0.1;          // and one with effects in the place of a remainder alone
+constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
+constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error
 
 /// Seconds of all windows.
 double duration(const std::vector<Segment>& windows, const std::vector<Measured>& data) {
@@ -55,8 +57,8 @@ class Choice {
          double horizon)
       : explanation_(explanation), data_(data), motion_(motion), horizon_(horizon) {}
 
-  /// `remainder`: learnt without the windows of a fold, or from all (-1).
-  void consider(const Fit& fit, const Discrepancy::Dependence& remaining,
+  /// `remainder`: learnt without the windows of a fold, or from all (-1); of so many `groups` of terms.
+  void consider(const Fit& fit, const Discrepancy::Dependence& remaining, std::size_t groups,
                 const std::function<Remainder(int)>& remainder) {
     if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
     std::vector<double> errors;
@@ -68,8 +70,9 @@ class Choice {
     if (worst_ == 0.0) worst_ = *std::max_element(errors.begin(), errors.end());
     double squares = 0.0;
     for (const double error : errors) squares += std::pow(std::min(error, worst_), 2);
-    const double cost =
-        0.5 * std::log(squares / static_cast<double>(errors.size())) + kEffects * double(!fit.effects.empty());
+    const double cost = 0.5 * std::log(squares / static_cast<double>(errors.size())) +
+                        kEffects * double(!fit.effects.empty()) +
+                        kPerGroup * static_cast<double>(std::max<std::size_t>(groups, 1) - 1);
     if (!(cost < lowest_ - kWorthwhile)) return;
     lowest_ = cost;
     best_ = {fit, remainder(-1), remaining};
@@ -98,14 +101,16 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  choice.consider(nominal, whole, none);
-  if (!best.effects.empty()) choice.consider(best, beside, none);
-  for (const Discrepancy::Basis& basis : discrepancy.bases(target, whole)) {
-    choice.consider(nominal, whole, [&](int out) { return discrepancy.remainder(target, basis, out); });
+  choice.consider(nominal, whole, 0, none);
+  if (!best.effects.empty()) choice.consider(best, beside, 0, none);
+  const RemainderSearch in_place(discrepancy, target, whole);
+  for (const RemainderSearch::Basis& basis : in_place.best()) {
+    choice.consider(nominal, whole, basis.groups.size(), [&](int out) { return in_place.remainder(basis, out); });
   }
   if (!best.effects.empty()) {
-    for (const Discrepancy::Basis& basis : about_best.bases(best.residual, beside)) {
-      choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, basis, out); });
+    const RemainderSearch more(about_best, best.residual, beside);
+    for (const RemainderSearch::Basis& basis : more.best()) {
+      choice.consider(best, beside, basis.groups.size(), [&](int out) { return more.remainder(basis, out); });
     }
   }
   return choice.best();
@@ -117,9 +122,10 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  choice.consider(best, beside, none);
-  const Discrepancy::Basis leading = about_best.leading(beside);
-  choice.consider(best, beside, [&](int out) { return about_best.remainder(best.residual, leading, out); });
+  choice.consider(best, beside, 0, none);
+  const RemainderSearch more(about_best, best.residual, beside);
+  const RemainderSearch::Basis leading = more.leading();
+  choice.consider(best, beside, 1, [&](int out) { return more.remainder(leading, out); });
   return choice.best();
 }
 

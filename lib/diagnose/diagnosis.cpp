@@ -66,14 +66,6 @@ std::vector<Measured> read_all(const std::vector<RecordingFile>& files, const Si
   return data;
 }
 
-std::vector<Trajectory> smooth_all(const Plant& plant, const std::vector<Measured>& data,
-                                   const Eigen::VectorXd& noise) {
-  const std::vector<TorquePrior> prior = likely_torque_prior(plant, data, noise);
-  std::vector<Trajectory> paths;
-  for (const Measured& m : data) paths.push_back(smooth(plant, m, noise, prior));
-  return paths;
-}
-
 ordered_json times_json(const std::vector<Interval>& times, const std::vector<Measured>& data) {
   ordered_json list = ordered_json::array();
   for (const Interval& interval : times) {
@@ -167,7 +159,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
   const LinearResponse response_as_given(nominal, data, explanation.measured->paths, explanation.noise,
                                          about.response->windows(), options.fastest_mode);
   const FitProblem as_given{
-      nominal, {}, data, response_as_given, *about.excitation, options.penalty, explanation.max_step};
+      nominal, nominal, {}, data, response_as_given, *about.excitation, options.penalty, explanation.max_step};
   const Fit given = spec.model.free.empty() ? empty : fit(as_given, {});
   const double p_given = explanation.p_value(given), p_best = explanation.p_value(best);
 

@@ -177,8 +177,8 @@ Cleared without_free(const Linearisation& about, const Plant& plant, const std::
 
 FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
                          const ExplainOptions& options) {
-  return {explanation.start, options.free,        data, *about.response, *about.excitation,
-          options.penalty,   explanation.max_step};
+  return {explanation.start, explanation.given, options.free,    data,
+          *about.response,   *about.excitation, options.penalty, explanation.max_step};
 }
 
 const Candidate& Explanation::without_effects() const {
@@ -197,36 +197,13 @@ double Explanation::excess(const Fit& fit) const {
   return std::sqrt(std::max(0.0, fit.squares / degrees - 1.0));
 }
 
-Explanation explain(const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options) {
-  Explanation result;
-  Plant nominal = given;
-  result.noise = noise_level(data);
-  // Recordings without noise: what the machine's arithmetic leaves stands in for it.
-  for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
-    double squares = 0.0, count = 0.0;
-    for (const Measured& m : data) {
-      const Eigen::ArrayXd q = m.position.col(j).array() - m.position.col(j).mean();
-      squares += q.square().sum();
-      count += static_cast<double>(q.size());
-    }
-    result.noise[j] = std::max(result.noise[j], kFloor * std::sqrt(squares / count) + 1e-12);
-  }
-  const std::vector<TorquePrior> prior = likely_torque_prior(nominal, data, result.noise);
-  std::vector<Trajectory> paths;
-  for (const Measured& m : data) paths.push_back(smooth(nominal, m, result.noise, prior));
-  const std::vector<Segment> parts = windows(data, options.window);
-  {  // the noise once more, from all modes that are too fast for mechanics
-    const LinearResponse first(nominal, data, paths, result.noise, parts, options.fastest_mode);
-    const Eigen::VectorXd ratio = first.noise_ratio();
-    result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
-    for (Eigen::Index j = 0; j < ratio.size(); ++j) {
-      if (result.fast_rows > 200.0 && ratio[j] > 0.5 && ratio[j] < 1.5) result.noise[j] *= ratio[j];
-    }
-  }
+namespace {
 
-  nominal = adjusted(nominal, data, paths, result.noise, options);
-  result.start = nominal;
-  Fits fits(nominal, data, options);
+/// Stages 4 and 5 from where `result` starts, along `paths` first.
+void explore(Explanation& result, const std::vector<Measured>& data, std::vector<Trajectory> paths,
+             const ExplainOptions& options) {
+  const Plant nominal = result.start;
+  Fits fits(nominal, result.given, data, options);
   std::vector<std::vector<Effect>> kept;  // the best sets of the round before,
   double reached = -kInfinity;            // and the evidence of the best
   for (int round = 0; round < kRounds; ++round) {
@@ -258,6 +235,53 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     kept.clear();
     for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
     paths = simulated(fits.problem(), result.best().fit, about->paths);
+  }
+}
+
+}  // namespace
+
+Explanation explain(const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options) {
+  Explanation result;
+  result.given = given;
+  result.noise = noise_level(data);
+  // Recordings without noise: what the machine's arithmetic leaves stands in for it.
+  for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
+    double squares = 0.0, count = 0.0;
+    for (const Measured& m : data) {
+      const Eigen::ArrayXd q = m.position.col(j).array() - m.position.col(j).mean();
+      squares += q.square().sum();
+      count += static_cast<double>(q.size());
+    }
+    result.noise[j] = std::max(result.noise[j], kFloor * std::sqrt(squares / count) + 1e-12);
+  }
+  const std::vector<Trajectory> paths = smooth_all(given, data, result.noise);
+  const std::vector<Segment> parts = windows(data, options.window);
+  {  // the noise once more, from all modes that are too fast for mechanics
+    const LinearResponse first(given, data, paths, result.noise, parts, options.fastest_mode);
+    const Eigen::VectorXd ratio = first.noise_ratio();
+    result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
+    for (Eigen::Index j = 0; j < ratio.size(); ++j) {
+      if (result.fast_rows > 200.0 && ratio[j] > 0.5 && ratio[j] < 1.5) result.noise[j] *= ratio[j];
+    }
+  }
+
+  result.start = adjusted(given, data, paths, result.noise, options);
+  explore(result, data, paths, options);
+  // Free parameters that alone explain best may be far from where effects leave them.
+  if (!options.free.empty() && result.excess(result.best().fit) > kFarOff) {
+    Explanation other = result;
+    other.start = given;
+    try {
+      explore(other, data, paths, options);
+      if (other.best().fit.log_evidence > result.best().fit.log_evidence) {
+        const Fit alone = result.without_effects().fit;
+        result = std::move(other);
+        for (Candidate& candidate : result.candidates) {
+          if (candidate.fit.effects.empty() && candidate.fit.log_evidence < alone.log_evidence) candidate.fit = alone;
+        }
+      }
+    } catch (const NumericalError&) {  // as it is given the nominal cannot be simulated
+    }
   }
   return result;
 }

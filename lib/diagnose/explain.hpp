@@ -28,7 +28,8 @@ struct Explanation {
   std::vector<Candidate> candidates;             // most probable first; the empty set is among them
   std::shared_ptr<Linearisation> linearisation;  // about the most probable
   std::shared_ptr<Linearisation> measured;       // about the smoothed recordings, whatever explains them
-  Plant start;              // the nominal with free parameters near their best values: linearisations are of it
+  Plant start;              // the nominal, perhaps with free parameters near their best values: where fits begin
+  Plant given;              // the nominal as it is
   Eigen::VectorXd noise;    // standard deviation per joint
   double max_step = 0.011;  // s, of simulations
   double rows = 0.0;        // of the residuals

@@ -146,8 +146,8 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
   Fit current;
   current.plant = problem.nominal;
   current.effects = std::move(effects);
-  current.unknowns =
-      list_unknowns(current.plant, current.effects, problem.free, problem.data, problem.excitation.paths());
+  current.unknowns = list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data,
+                                   problem.excitation.paths());
   const bool hidden = Machine(current.plant, current.effects).has_hidden_states();
   for (const Segment& window : problem.response.windows()) {
     current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], hidden));

@@ -35,7 +35,8 @@ Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit);
 
 /// What all fits of a diagnosis share.
 struct FitProblem {
-  Plant nominal;
+  Plant nominal;  // where fits begin
+  Plant given;    // about which free parameters are likely to be
   std::vector<std::string> free;
   const std::vector<Measured>& data;
   const LinearResponse& response;

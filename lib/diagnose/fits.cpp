@@ -19,7 +19,7 @@ constexpr double kConvergence = 0.5;   // nats that a new start must gain
 double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   about_ = std::move(linearisation);
   if (max_step_ == 0.0) {
-    max_step_ = adequate_step({nominal_, {}, data_, *about_->response, *about_->excitation});
+    max_step_ = adequate_step({nominal_, given_, {}, data_, *about_->response, *about_->excitation});
   }
   tried_.clear();
   for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
@@ -106,7 +106,8 @@ std::vector<const Fit*> Fits::ranked() const {
 FitProblem Fits::problem() const {
   double best = kInfinity;
   for (const auto& [name, fit] : fits_) best = std::min(best, fit.squares);
-  return {nominal_, options_.free, data_, *about_->response, *about_->excitation, options_.penalty, max_step_, best};
+  return {nominal_,         given_,    options_.free, data_, *about_->response, *about_->excitation,
+          options_.penalty, max_step_, best};
 }
 
 /// Those that are nearly as good as the best, its own subsets, and what it is with a simpler law.

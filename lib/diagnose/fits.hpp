@@ -10,8 +10,9 @@ namespace bayesctrl {
 /// Fits by the set that they are of, about the present motion.
 class Fits {
  public:
-  Fits(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options)
-      : nominal_(nominal), data_(data), options_(options) {}
+  /// Of free parameters that are likely to be about those of `given`, from those of `nominal`.
+  Fits(const Plant& nominal, const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options)
+      : nominal_(nominal), given_(given), data_(data), options_(options) {}
 
   /// Begins anew about another motion; what was found before serves as start. Longest step of the integration, s.
   double about(std::shared_ptr<Linearisation> linearisation);
@@ -44,7 +45,7 @@ class Fits {
   bool allowed(const std::vector<Effect>& effects) const;
   const Fit* find(const std::string& name) const;
 
-  const Plant& nominal_;
+  const Plant &nominal_, &given_;
   const std::vector<Measured>& data_;
   const ExplainOptions& options_;
   std::shared_ptr<Linearisation> about_;

@@ -55,8 +55,8 @@ Fit descend(const FitProblem& problem, Fit fit) {
 
 Fit beside_random_force(const FitProblem& problem, const Eigen::VectorXd& intensity, Fit fit) {
   const LinearResponse white = problem.response.beside_random(intensity);
-  const FitProblem whitened{problem.nominal,    problem.free,    problem.data,    white,
-                            problem.excitation, problem.penalty, problem.max_step};
+  const FitProblem whitened{problem.nominal, problem.given,      problem.free,    problem.data,
+                            white,           problem.excitation, problem.penalty, problem.max_step};
   return descend(whitened, std::move(fit));
 }
 

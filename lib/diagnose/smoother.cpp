@@ -185,6 +185,14 @@ Trajectory smooth(const Plant& plant, const Measured& data, const Eigen::VectorX
   return result;
 }
 
+std::vector<Trajectory> smooth_all(const Plant& plant, const std::vector<Measured>& data,
+                                   const Eigen::VectorXd& noise) {
+  const std::vector<TorquePrior> prior = likely_torque_prior(plant, data, noise);
+  std::vector<Trajectory> paths;
+  for (const Measured& m : data) paths.push_back(smooth(plant, m, noise, prior));
+  return paths;
+}
+
 Eigen::VectorXd torque_scale(const Plant& plant, const std::vector<Measured>& data) {
   const Eigen::Index n = data.front().position.cols();
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(n);

@@ -27,6 +27,9 @@ Trajectory smooth(const Plant& plant, const Measured& data, const Eigen::VectorX
 std::vector<TorquePrior> likely_torque_prior(const Plant& plant, const std::vector<Measured>& data,
                                              const Eigen::VectorXd& noise);
 
+/// All recordings under that prior.
+std::vector<Trajectory> smooth_all(const Plant& plant, const std::vector<Measured>& data, const Eigen::VectorXd& noise);
+
 /// RMS of the torque that accelerates the nominal along its recordings and of its input, per joint: a scale.
 Eigen::VectorXd torque_scale(const Plant& plant, const std::vector<Measured>& data);
 

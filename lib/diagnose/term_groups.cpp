@@ -107,6 +107,15 @@ Terms past_terms(TermKind kind, int joint, double most) {
   return list;
 }
 
+/// The same of functions that saturate: few, and known beyond what was seen.
+Terms late_terms(TermKind kind, int joint, double most) {
+  Terms list;
+  for (const double tau : {0.1, 0.3, 1.0}) {
+    for (const double part : {0.1, 0.3, 1.0}) list.push_back({kind, joint, -1, part * most, 1.0, tau});
+  }
+  return list;
+}
+
 }  // namespace
 
 std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory>& paths, int joint) {
@@ -129,8 +138,10 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
     add(Cause::input, true, bumps(TermKind::velocity_gain, joint, -s.speed, s.speed, kProductBumps));
     add(Cause::input, true, bumps(TermKind::bump_input, joint, -s.input, s.input, kFineBumps));
     add(Cause::history, true, past_terms(TermKind::past_input, joint, s.input));
+    add(Cause::history, true, late_terms(TermKind::late_push, joint, s.input));
   }
   add(Cause::history, true, past_terms(TermKind::past_velocity, joint, s.speed));
+  add(Cause::history, true, late_terms(TermKind::late_drag, joint, s.speed));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
   add(Cause::position, true, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);

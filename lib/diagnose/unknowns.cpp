@@ -70,7 +70,7 @@ void set_parameter(EffectForm& form, std::string_view name, double value) {
   });
 }
 
-std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>& effects,
+std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const std::vector<Effect>& effects,
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths) {
   std::vector<Unknown> unknowns;
@@ -85,10 +85,9 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>
         unknown.high = info.range.high;
       }
     });
-    const double size = std::max(std::abs(unknown.value), 1e-3);
-    unknown.prior_mean = unknown.value;
-    unknown.prior_deviation = 2.0 * size;
-    unknown.step = 1e-4 * size;
+    unknown.prior_mean = parameter(given, name);
+    unknown.prior_deviation = 2.0 * std::max(std::abs(unknown.prior_mean), 1e-3);
+    unknown.step = 1e-4 * std::max(std::abs(unknown.value), 1e-3);
     unknowns.push_back(unknown);
   }
   for (std::size_t e = 0; e < effects.size(); ++e) {

@@ -26,9 +26,9 @@ void set_parameter(Plant& plant, std::string_view name, double value);
 double parameter(const EffectForm& form, std::string_view name);
 void set_parameter(EffectForm& form, std::string_view name, double value);
 
-/// What a fit adjusts: `free` parameters of the plant, then all of the effects, with their bounds, priors and steps.
-/// A prior deviation of 0 is one that follows from what the parameter does.
-std::vector<Unknown> list_unknowns(const Plant& plant, const std::vector<Effect>& effects,
+/// What a fit adjusts: `free` parameters of the plant, about those of `given`, then all of the effects, with their
+/// bounds, priors and steps. A prior deviation of 0 is one that follows from what the parameter does.
+std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const std::vector<Effect>& effects,
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths);
 

@@ -52,6 +52,7 @@ Looks looks_at(TermKind kind) {
     case TermKind::sign_velocity:
     case TermKind::late_velocity:
     case TermKind::past_velocity:
+    case TermKind::late_drag:
     case TermKind::warm_viscous:
     case TermKind::warm_dry:
     case TermKind::reversal:
@@ -60,6 +61,7 @@ Looks looks_at(TermKind kind) {
     case TermKind::sign_input:
     case TermKind::late_input:
     case TermKind::past_input:
+    case TermKind::late_push:
     case TermKind::warm_motor:
       return {.input = true};
     case TermKind::bump_time:
@@ -109,6 +111,8 @@ double Term::value(double q, double v, double u, double t, double m) const {
       return m - q;
     case TermKind::past_input:
     case TermKind::past_velocity:
+    case TermKind::late_push:
+    case TermKind::late_drag:
       return m;
     case TermKind::warm_viscous:
       return m * v;
@@ -135,6 +139,10 @@ double Term::first_memory(double q, double v, double u) const {
       return bump(u, a, b);
     case TermKind::past_velocity:
       return bump(v, a, b);
+    case TermKind::late_push:
+      return std::tanh(u / a);
+    case TermKind::late_drag:
+      return std::tanh(v / a);
     case TermKind::reversal:
       return std::copysign(1e-9, v);
     default:
@@ -154,6 +162,10 @@ double Term::remembered(double m, double q, double v, double u, double h) const 
       return follow(m, bump(u, a, b), c, h);
     case TermKind::past_velocity:
       return follow(m, bump(v, a, b), c, h);
+    case TermKind::late_push:
+      return follow(m, std::tanh(u / a), c, h);
+    case TermKind::late_drag:
+      return follow(m, std::tanh(v / a), c, h);
     case TermKind::warm_viscous:
     case TermKind::warm_dry:
       return follow(m, v * v, a, h);

@@ -31,17 +31,19 @@ enum class TermKind {
   late_position,  // m - q, m' = (q - m) / a
   past_input,     // m, m' = (exp(-(u - a)^2 / 2 b^2) - m) / c
   past_velocity,  // m, m' = (exp(-(v - a)^2 / 2 b^2) - m) / c
+  late_push,      // m, m' = (tanh(u / a) - m) / c
+  late_drag,      // m, m' = (tanh(v / a) - m) / c
   warm_viscous,   // m v, m' = (v^2 - m) / a
   warm_dry,       // m tanh(v / b), m' = (v^2 - m) / a
   warm_motor,     // m u, m' = (u^2 - m) / a
   play,           // m - q, m follows q at the ends of a gap of half-width a
   reversal,       // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
 };
-constexpr std::array<std::string_view, 21> names(TermKind) {
+constexpr std::array<std::string_view, 23> names(TermKind) {
   return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",    "bump_time",
           "bump_state",    "position_drag", "position_dry",  "position_gain", "velocity_gain", "late_input",
-          "late_velocity", "late_position", "past_input",    "past_velocity", "warm_viscous",  "warm_dry",
-          "warm_motor",    "play",          "reversal"};
+          "late_velocity", "late_position", "past_input",    "past_velocity", "late_push",     "late_drag",
+          "warm_viscous",  "warm_dry",      "warm_motor",    "play",          "reversal"};
 }
 
 /// What a term looks at.

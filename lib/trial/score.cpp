@@ -237,7 +237,8 @@ std::string tables(const std::vector<Scored>& cases) {
     text += row(family, count(cases, [&](const Scored& s) { return s.family == family; }));
   }
   text +=
-      "\n## Effects outside the catalogue\n\n| | cases | detected | declined | wrong name | leading cause right | "
+      "\n## Effects outside the catalogue, which the held-out recordings show\n\n| | cases | detected | declined | "
+      "wrong name | leading cause right | "
       "error at least halved |\n|---|---:|---:|---:|---:|---:|---:|\n";
   std::set<std::string> inventions;
   for (const Scored& s : cases) {

@@ -65,6 +65,14 @@ TEST_CASE("What a term remembers of the past follows what is there now as a firs
   double m = before;
   for (int k = 0; k < 50; ++k) m = term.remembered(m, 0.0, 0.0, 1.0, 0.01);
   CHECK(term.value(0.0, 0.0, -5.0, 0.0, m) == Approx(after + (before - after) * std::exp(-0.5 / kTau)));
+  // The same of what saturates.
+  for (const auto& [kind, v, u] : {std::tuple{TermKind::late_push, 0.0, 1.0}, {TermKind::late_drag, 1.0, 0.0}}) {
+    const Term late{kind, 0, -1, 0.5, 1.0, kTau, 1.0, 1.0};
+    double held = late.first_memory(0.0, 0.0, 0.0);
+    CHECK(held == 0.0);
+    for (int k = 0; k < 50; ++k) held = late.remembered(held, 0.0, v, u, 0.01);
+    CHECK(late.value(0.0, 0.0, 0.0, 0.0, held) == Approx(std::tanh(2.0) * -std::expm1(-0.5 / kTau)));
+  }
 }
 
 TEST_CASE("Joints whose friction and remainder set one another free without end rest until the next sample",

@@ -1,0 +1,163 @@
+#include "diagnose/remainder_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "diagnose/free_runs.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kNegligible = 1e-4;    // of the largest weight
+constexpr std::size_t kMostGroups = 4;  // of terms in a remainder
+constexpr double kGain = 0.8;           // of the squares of what is left out, that one group more must get below
+constexpr std::array<double, 9> kDeviations{1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0};
+
+/// Of every row of the response.
+std::vector<int> folds_of_rows(const LinearResponse& response) {
+  const std::vector<int> folds = folds_of(response.windows());
+  std::vector<int> rows;
+  for (std::size_t w = 0; w < folds.size(); ++w) {
+    rows.insert(rows.end(), static_cast<std::size_t>(response.row_count(w)), folds[w]);
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::vector<int> folds_of(const std::vector<Segment>& windows) {
+  std::vector<int> folds;
+  const bool several = windows.front().recording != windows.back().recording;
+  for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
+    if (windows[w].recording != windows[first].recording) first = w;
+    folds.push_back(static_cast<int>((several ? windows[w].recording : w - first) % kFolds));
+  }
+  return folds;
+}
+
+RemainderSearch::RemainderSearch(const Discrepancy& discrepancy, const Eigen::VectorXd& target,
+                                 const Discrepancy::Dependence& on)
+    : discrepancy_(discrepancy), on_(on) {
+  const std::vector<Discrepancy::Group>& all = discrepancy.groups();
+  std::vector<Eigen::VectorXd> columns;
+  for (std::size_t g = 0; g < all.size(); ++g) {
+    if (all[g].joint != on.joint || (all[g].cause == Cause::time && on.leads() != Cause::time)) continue;
+    groups_.push_back(g);
+    first_.push_back(static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t i = 0; i < all[g].terms.size(); ++i) {
+      if (all[g].terms[i].recording >= 0) continue;  // what acts in one recording says nothing about another
+      terms_.push_back(all[g].terms[i]);
+      columns.emplace_back(all[g].columns.col(static_cast<Eigen::Index>(i)));
+    }
+  }
+  first_.push_back(static_cast<Eigen::Index>(columns.size()));
+  Eigen::MatrixXd features(target.size(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) features.col(static_cast<Eigen::Index>(i)) = columns[i];
+  left_out_.emplace(features, target, folds_of_rows(*discrepancy.about().response), kFolds);
+}
+
+LeftOut::Prior RemainderSearch::prior(const Basis& basis) const {
+  LeftOut::Prior result;
+  std::vector<double> deviations;
+  for (std::size_t k = 0; k < basis.groups.size(); ++k) {
+    for (Eigen::Index i = first_[basis.groups[k]]; i < first_[basis.groups[k] + 1]; ++i) {
+      result.features.push_back(i);
+      deviations.push_back(basis.deviations[k]);
+    }
+  }
+  result.deviations = Eigen::Map<Eigen::VectorXd>(deviations.data(), static_cast<Eigen::Index>(deviations.size()));
+  return result;
+}
+
+void RemainderSearch::with_best_deviation(Basis& basis) const {
+  Basis tried = basis;
+  basis.left = kInfinity;
+  for (const double deviation : kDeviations) {
+    tried.deviations.back() = deviation;
+    tried.left = left_out_->squares(prior(tried));
+    if (tried.left < basis.left) basis = tried;
+  }
+}
+
+std::vector<RemainderSearch::Basis> RemainderSearch::best() const {
+  std::vector<Basis> path;
+  Basis chosen;
+  chosen.left = left_out_->all();
+  while (chosen.groups.size() < kMostGroups) {
+    Basis best = chosen;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      if (std::find(chosen.groups.begin(), chosen.groups.end(), g) != chosen.groups.end()) continue;
+      Basis more = chosen;
+      more.groups.push_back(g);
+      more.deviations.push_back(1.0);
+      with_best_deviation(more);
+      if (more.left < best.left) best = more;
+    }
+    if (!(best.left < kGain * chosen.left)) break;
+    path.push_back(chosen = best);
+  }
+  if (path.size() > 1) return {path.front(), path.back()};
+  return path;
+}
+
+RemainderSearch::Basis RemainderSearch::leading() const {
+  Basis result;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Discrepancy::Group& group = discrepancy_.groups()[groups_[g]];
+    if (group.cause != on_.leads() || group.rich) continue;
+    result.groups.push_back(g);
+    result.deviations.push_back(1.0);
+    with_best_deviation(result);
+  }
+  return result;
+}
+
+Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
+  const Linearisation& about = discrepancy_.about();
+  const LeftOut::Prior chosen = prior(basis);
+  const Eigen::VectorXd weights = left_out_->weights(chosen, left_out);
+  Remainder result;
+  for (int j = 0; j < joints(about.excitation->plant()); ++j) {
+    const Survey s = survey(about.excitation->data(), about.paths, j);
+    result.regions.push_back({s.lowest, s.highest, s.speed, s.input, 1e300});
+  }
+  for (std::size_t i = 0; i < chosen.features.size(); ++i) {
+    Term term = terms_[static_cast<std::size_t>(chosen.features[i])];
+    term.weight *= weights[static_cast<Eigen::Index>(i)];
+    if (term.weight != 0.0) result.terms.push_back(term);
+  }
+  double most = 0.0;
+  for (const Term& term : result.terms) most = std::max(most, std::abs(term.weight));
+  std::erase_if(result.terms, [&](const Term& term) {  // bumps are at most 1
+    return cause(term.kind) != Cause::history && std::abs(term.weight) < kNegligible * most;
+  });
+  const std::vector<Segment>& windows = about.response->windows();
+  const std::vector<int> folds = folds_of(windows);
+  std::vector<double> largest(result.regions.size(), 0.0);
+  for (std::size_t r = 0; r < about.paths.size(); ++r) {
+    const Measured& m = about.excitation->data()[r];
+    const Trajectory& path = about.paths[r];
+    std::vector<bool> learnt(m.samples(), false);
+    for (std::size_t w = 0; w < folds.size(); ++w) {
+      if (windows[w].recording != r || folds[w] == left_out) continue;
+      std::fill_n(learnt.begin() + static_cast<std::ptrdiff_t>(windows[w].first), windows[w].samples(), true);
+    }
+    Remainder::Memory memory;
+    for (std::size_t k = 0; k < m.samples(); ++k) {
+      const auto row = static_cast<Eigen::Index>(k);
+      const JointVector q = path.position.row(row), v = path.velocity.row(row), u = m.input.row(row);
+      memory = remember(result, m, path, k == 0 ? 0 : k - 1, k, std::move(memory));
+      if (!learnt[k]) continue;
+      const JointVector torque = result.torque(memory, q, v, u, m.time[k]);
+      for (std::size_t j = 0; j < largest.size(); ++j) {
+        largest[j] = std::max(largest[j], std::abs(torque[static_cast<Eigen::Index>(j)]));
+      }
+    }
+  }
+  for (std::size_t j = 0; j < largest.size(); ++j) result.regions[j].torque = largest[j];
+  return result;
+}
+
+}  // namespace bayesctrl

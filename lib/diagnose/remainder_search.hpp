@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+
+#include "diagnose/discrepancy.hpp"
+#include "diagnose/left_out.hpp"
+
+namespace bayesctrl {
+
+/// What is left out in turn, by window: whole recordings, which is how a model will be used; of a single one every
+/// third window.
+inline constexpr int kFolds = 3;
+std::vector<int> folds_of(const std::vector<Segment>& windows);
+
+/// Remainders for what is missing in one joint: of which groups of terms, with weights of which size, is what predicts
+/// left-out recordings best in the linear response.
+class RemainderSearch {
+ public:
+  /// `target`: rows of the response that `discrepancy` is about; `on`: what causes it. Functions of time are groups
+  /// only if time leads, for they mean little elsewhere.
+  RemainderSearch(const Discrepancy& discrepancy, const Eigen::VectorXd& target, const Discrepancy::Dependence& on);
+
+  /// Groups that a remainder consists of, with the deviation of their weights.
+  struct Basis {
+    std::vector<std::size_t> groups;
+    std::vector<double> deviations;
+    double left = 0.0;  // squares of what was left out
+  };
+
+  /// Those that are worth a try in free runs, best first: the best set, built one group at a time, and the best group
+  /// alone. None if none predicts anything.
+  std::vector<Basis> best() const;
+
+  /// That of the leading cause.
+  Basis leading() const;
+
+  /// The torque that explains the target best; without the windows of one fold if `left_out` is not -1.
+  Remainder remainder(const Basis& basis, int left_out = -1) const;
+
+ private:
+  LeftOut::Prior prior(const Basis& basis) const;
+  void with_best_deviation(Basis& basis) const;  // of its last group
+
+  const Discrepancy& discrepancy_;
+  Discrepancy::Dependence on_;
+  std::vector<std::size_t> groups_;  // that may be used
+  std::vector<Term> terms_;          // of all of them
+  std::vector<Eigen::Index> first_;  // of each group's terms, and the end
+  std::optional<LeftOut> left_out_;
+};
+
+}  // namespace bayesctrl
