@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnose/free_runs.hpp"
-
 namespace bayesctrl {
 
 namespace {

@@ -23,34 +23,26 @@ LeftOut::LeftOut(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, 
     whole_.projected += part.projected;
     whole_.squares += part.squares;
   }
+  for (const Part& part : folds_) {
+    rests_.push_back({whole_.gram - part.gram, whole_.projected - part.projected, whole_.squares - part.squares});
+  }
 }
 
-Eigen::VectorXd LeftOut::solve(const Prior& prior, const Part& without) const {
-  const auto count = static_cast<Eigen::Index>(prior.features.size());
-  Eigen::MatrixXd information(count, count);
-  Eigen::VectorXd slope(count);
-  for (Eigen::Index j = 0; j < count; ++j) {
-    const Eigen::Index of_j = prior.features[static_cast<std::size_t>(j)];
-    for (Eigen::Index i = j; i < count; ++i) {
-      const Eigen::Index of_i = prior.features[static_cast<std::size_t>(i)];
-      double sum = whole_.gram(of_i, of_j);
-      if (without.gram.size() > 0) sum -= without.gram(of_i, of_j);
-      information(i, j) = prior.deviations[i] * sum * prior.deviations[j];
-    }
-    double sum = whole_.projected[of_j];
-    if (without.gram.size() > 0) sum -= without.projected[of_j];
-    slope[j] = prior.deviations[j] * sum;
-  }
+Eigen::VectorXd LeftOut::weights_from(const Part& part, const Prior& prior) {
+  const Eigen::VectorXd& deviations = prior.deviations;
+  Eigen::MatrixXd information = deviations.asDiagonal() * part.gram(prior.features, prior.features);
+  information *= deviations.asDiagonal();
   information.diagonal().array() += 1.0;
-  return prior.deviations.cwiseProduct(information.selfadjointView<Eigen::Lower>().llt().solve(slope));
+  const Eigen::VectorXd slope = deviations.cwiseProduct(part.projected(prior.features));
+  return deviations.cwiseProduct(information.selfadjointView<Eigen::Lower>().llt().solve(slope));
 }
 
 double LeftOut::squares(const Prior& prior) const {
   double sum = 0.0;
-  for (const Part& part : folds_) {
-    const Eigen::VectorXd w = solve(prior, part);
-    const Eigen::MatrixXd gram = part.gram(prior.features, prior.features);
-    sum += part.squares - 2.0 * w.dot(part.projected(prior.features)) + w.dot(gram * w);
+  for (std::size_t f = 0; f < folds_.size(); ++f) {
+    const Eigen::VectorXd w = weights_from(rests_[f], prior);
+    const Eigen::MatrixXd gram = folds_[f].gram(prior.features, prior.features);
+    sum += folds_[f].squares - 2.0 * w.dot(folds_[f].projected(prior.features)) + w.dot(gram * w);
   }
   return sum;
 }
@@ -58,7 +50,7 @@ double LeftOut::squares(const Prior& prior) const {
 double LeftOut::all() const { return whole_.squares; }
 
 Eigen::VectorXd LeftOut::weights(const Prior& prior, int without) const {
-  return solve(prior, without < 0 ? Part{} : folds_[static_cast<std::size_t>(without)]);
+  return weights_from(without < 0 ? whole_ : rests_[static_cast<std::size_t>(without)], prior);
 }
 
 }  // namespace bayesctrl

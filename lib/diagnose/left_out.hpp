@@ -33,10 +33,10 @@ class LeftOut {
     Eigen::VectorXd projected;  // columns' target
     double squares = 0.0;
   };
-  Eigen::VectorXd solve(const Prior& prior, const Part& without) const;
+  static Eigen::VectorXd weights_from(const Part& part, const Prior& prior);
 
   Part whole_;
-  std::vector<Part> folds_;
+  std::vector<Part> folds_, rests_;  // of each fold, and of all others
 };
 
 }  // namespace bayesctrl

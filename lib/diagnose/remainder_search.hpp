@@ -22,13 +22,13 @@ class RemainderSearch {
 
   /// Groups that a remainder consists of, with the deviation of their weights.
   struct Basis {
-    std::vector<std::size_t> groups;
+    std::vector<std::size_t> groups;  // places among those that may be used
     std::vector<double> deviations;
     double left = 0.0;  // squares of what was left out
   };
 
-  /// Those that are worth a try in free runs, best first: the best set, built one group at a time, and the best group
-  /// alone. None if none predicts anything.
+  /// Those that are worth a try in free runs: the best group alone, and the set that is built from it one group at a
+  /// time. None if none predicts anything.
   std::vector<Basis> best() const;
 
   /// That of the leading cause.
