@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "diagnose/free_runs.hpp"
+#include "diagnose/left_out_fit.hpp"
 #include "diagnose/remainder_search.hpp"
 
 namespace bayesctrl {
@@ -58,13 +59,15 @@ class Choice {
       : explanation_(explanation), data_(data), motion_(motion), horizon_(horizon) {}
 
   /// `remainder`: learnt without the windows of a fold, or from all (-1); of so many `groups` of terms.
-  void consider(const Fit& fit, const Discrepancy::Dependence& remaining, std::size_t groups,
+  void consider(const LeftOutFit& fit_of, const Discrepancy::Dependence& remaining, std::size_t groups,
                 const std::function<Remainder(int)>& remainder) {
     if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
+    const Fit fit = fit_of.without(-1);
     std::vector<double> errors;
     for (int fold = 0; fold < kFolds; ++fold) {
+      const Fit left = fit_of.without(fold);
       const std::vector<double> more =
-          errors_in({fit.plant, fit.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
+          errors_in({left.plant, left.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
       errors.insert(errors.end(), more.begin(), more.end());
     }
     if (worst_ == 0.0) worst_ = *std::max_element(errors.begin(), errors.end());
@@ -101,16 +104,19 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  choice.consider(nominal, whole, 0, none);
-  if (!best.effects.empty()) choice.consider(best, beside, 0, none);
+  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
+  const LeftOutFit nominal_without(problem, nominal), best_without(problem, best);
+  choice.consider(nominal_without, whole, 0, none);
+  if (!best.effects.empty()) choice.consider(best_without, beside, 0, none);
   const RemainderSearch in_place(discrepancy, target, whole);
   for (const RemainderSearch::Basis& basis : in_place.best()) {
-    choice.consider(nominal, whole, basis.groups.size(), [&](int out) { return in_place.remainder(basis, out); });
+    choice.consider(nominal_without, whole, basis.groups.size(),
+                    [&](int out) { return in_place.remainder(basis, out); });
   }
   if (!best.effects.empty()) {
     const RemainderSearch more(about_best, best.residual, beside);
     for (const RemainderSearch::Basis& basis : more.best()) {
-      choice.consider(best, beside, basis.groups.size(), [&](int out) { return more.remainder(basis, out); });
+      choice.consider(best_without, beside, basis.groups.size(), [&](int out) { return more.remainder(basis, out); });
     }
   }
   return choice.best();
@@ -122,10 +128,12 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  choice.consider(best, beside, 0, none);
+  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
+  const LeftOutFit best_without(problem, best);
+  choice.consider(best_without, beside, 0, none);
   const RemainderSearch more(about_best, best.residual, beside);
   const RemainderSearch::Basis leading = more.leading();
-  choice.consider(best, beside, 1, [&](int out) { return more.remainder(leading, out); });
+  choice.consider(best_without, beside, 1, [&](int out) { return more.remainder(leading, out); });
   return choice.best();
 }
 

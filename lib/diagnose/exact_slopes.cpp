@@ -27,19 +27,23 @@ ExactSlopes::ExactSlopes(const FitProblem& problem, const Fit& fit, const Eigen:
   for (std::size_t w = 0; w < fit.starts.size(); ++w) {
     const WindowStart& start = fit.starts[w];
     const Eigen::MatrixXd rest = here.rest(w, start);
-    Eigen::MatrixXd by_start(rest.size(), start.size()), by_unknown(rest.size(), values.size());
+    const WindowStart& weight = weights_.emplace_back(weights_of(here.precision(w, start), rest));
+    // Below the samples what is known of the start itself.
+    Eigen::MatrixXd by_start = Eigen::MatrixXd::Zero(rest.size() + start.size(), start.size());
+    Eigen::MatrixXd by_unknown = Eigen::MatrixXd::Zero(by_start.rows(), values.size());
+    by_start.bottomRows(start.size()).diagonal() = weight.cwiseSqrt();
     for (Eigen::Index i = 0; i < start.size(); ++i) {
       WindowStart moved = start;
       moved[i] += kStartStep;
-      by_start.col(i) = ((rest - here.rest(w, moved)) / kStartStep).reshaped();
+      by_start.col(i).head(rest.size()) = ((rest - here.rest(w, moved)) / kStartStep).reshaped();
     }
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       const auto slot = static_cast<std::size_t>(i);
-      by_unknown.col(i) = ((rest - beside[slot].rest(w, start)) / steps[slot]).reshaped();
+      by_unknown.col(i).head(rest.size()) = ((rest - beside[slot].rest(w, start)) / steps[slot]).reshaped();
     }
     const auto& solver = starts_.emplace_back(by_start);
     const Eigen::MatrixXd along = solver.solve(by_unknown);
-    const Eigen::MatrixXd cleared = by_unknown - by_start * along;
+    const Eigen::MatrixXd cleared = (by_unknown - by_start * along).topRows(rest.size());
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       slopes_.col(i).segment(problem.response.first_row(w), problem.response.row_count(w)) =
           problem.response.project(w, cleared.col(i).reshaped(rest.rows(), rest.cols()));
@@ -53,9 +57,12 @@ void ExactSlopes::follow(const FitProblem& problem, Fit& next, const Eigen::Vect
   const Runs runs(problem, next);
   for (std::size_t w = 0; w < starts_.size(); ++w) {
     Eigen::MatrixXd rest = runs.rest(w, next.starts[w]);
-    const WindowStart better = next.starts[w] + WindowStart(starts_[w].solve(rest.reshaped()));
+    const WindowStart& start = next.starts[w];
+    Eigen::VectorXd left(rest.size() + start.size());
+    left << rest.reshaped(), -weights_[w].cwiseSqrt().cwiseProduct(start);
+    const WindowStart better = start + WindowStart(starts_[w].solve(left));
     const Eigen::MatrixXd tried = runs.rest(w, better);
-    if (tried.squaredNorm() < rest.squaredNorm()) {
+    if (tried.squaredNorm() + weights_[w].dot(better.cwiseAbs2()) < left.squaredNorm()) {
       next.starts[w] = better;
       rest = tried;
     }

@@ -22,7 +22,8 @@ class ExactSlopes {
 
  private:
   Eigen::MatrixXd slopes_;
-  std::vector<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> starts_;  // per window: samples x start
+  std::vector<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> starts_;  // per window: samples, then start, x start
+  std::vector<WindowStart> weights_;                                 // per window: of the start itself
   std::vector<Eigen::MatrixXd> along_;                               // per window: start x unknowns
 };
 

@@ -68,7 +68,8 @@ Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, co
   nominal_acceleration_ = std::sqrt(squares / samples);
 }
 
-Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recording) const {
+Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recording,
+                                         const std::vector<Effect>& beside) const {
   const Measured& m = data_[recording];
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
@@ -85,7 +86,8 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
           }
         };
         const auto seen = [&](const Point& p) {
-          return JointState{p.q[j], p.v[j], p.time, p.motor[j], p.external[j], p.q[neighbour_of(j, joints_)]};
+          const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
+          return JointState{p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
         };
         if constexpr (TorqueEffect<E>) {
           add([&](const Point& p) { return form.torque_at(seen(p)); });
@@ -158,7 +160,7 @@ Eigen::MatrixXd Excitation::acceleration(const std::vector<Effect>& effects, std
     if (channel(effect.form) == "input") {
       on_input[static_cast<std::size_t>(effect.joint)].push_back({effect.form, effect.joint, -1});
     } else {
-      result += acceleration(effect, recording);
+      result += acceleration(effect, recording, effects);
     }
   }
   for (int j = 0; j < joints_; ++j) {

@@ -15,8 +15,9 @@ class Excitation {
   Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths);
 
   /// Mean acceleration from sample k to k + 1 in row k, joints in columns; zero where the effect does not act. Sensor
-  /// effects accelerate nothing.
-  Eigen::MatrixXd acceleration(const Effect& effect, std::size_t recording) const;
+  /// effects accelerate nothing. Springs `beside` the effect load what rubs.
+  Eigen::MatrixXd acceleration(const Effect& effect, std::size_t recording,
+                               const std::vector<Effect>& beside = {}) const;
 
   /// The same of a whole set; effects on one joint's input act one after the other.
   Eigen::MatrixXd acceleration(const std::vector<Effect>& effects, std::size_t recording) const;

@@ -20,6 +20,8 @@ constexpr int kPolishRounds = 8;
 constexpr int kLinearIterations = 8;
 constexpr int kExactIterations = 6;
 constexpr int kRoughIterations = 2;
+constexpr int kRounds = 3;         // of steps and polished starts
+constexpr double kMuch = 0.5;      // of the squares, that is left when starts are polished
 constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
@@ -39,16 +41,17 @@ void simulate(const FitProblem& problem, Fit& fit, int rounds) {
   sum_up(fit);
 }
 
-/// Windows in which the linear response misjudges the start (a joint sticks, or the motion is unstable): their starts
-/// once more, with slopes from the machine itself.
+/// Windows in which the linear response misjudges the start (a joint sticks, the motion is unstable, or more than
+/// position and velocity is unknown): their starts once more, with slopes from the machine itself.
 void polish(const FitProblem& problem, Fit& fit) {
   const Runs runs(problem, fit);
   for (std::size_t w = 0; w < fit.starts.size(); ++w) {
     const Eigen::Index first = problem.response.first_row(w), size = problem.response.row_count(w);
     const double usual = static_cast<double>(size) + kUnusual * std::sqrt(2.0 * static_cast<double>(size));
-    if (fit.residual.segment(first, size).squaredNorm() <= usual) continue;
-    const WindowStart x =
-        fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, fit.starts[w], kPolishRounds);
+    const bool simple = fit.starts[w].size() == 2 * joints(fit.plant);
+    if (simple && fit.residual.segment(first, size).squaredNorm() <= usual) continue;
+    const WindowStart x = fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, fit.starts[w],
+                                    kPolishRounds, runs.precision(w, fit.starts[w]));
     const Eigen::VectorXd rows = problem.response.project(w, runs.rest(w, x));
     if (!(rows.squaredNorm() < fit.residual.segment(first, size).squaredNorm())) continue;
     fit.residual.segment(first, size) = rows;
@@ -79,7 +82,8 @@ Influence influence(const FitProblem& problem, const Fit& fit, const Unknown& un
       Effect higher = fit.effects[static_cast<std::size_t>(unknown.effect)], lower = higher;
       set_parameter(higher.form, unknown.name, up);
       set_parameter(lower.form, unknown.name, down);
-      a = problem.excitation.acceleration(higher, r) - problem.excitation.acceleration(lower, r);
+      a = problem.excitation.acceleration(higher, r, fit.effects) -
+          problem.excitation.acceleration(lower, r, fit.effects);
       m = (problem.excitation.measured(higher, r) - problem.excitation.measured(lower, r)) / (up - down);
     }
     a /= up - down;
@@ -148,9 +152,9 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
   current.effects = std::move(effects);
   current.unknowns = list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data,
                                    problem.excitation.paths());
-  const bool hidden = Machine(current.plant, current.effects).has_hidden_states();
+  const Machine machine(current.plant, current.effects);
   for (const Segment& window : problem.response.windows()) {
-    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], hidden));
+    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], machine));
   }
   Eigen::VectorXd values = values_of(current);
   for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -279,6 +283,7 @@ double Fit::deviation(int effect, std::string_view name) const {
 double adequate_step(const FitProblem& problem) {
   Fit start;
   start.plant = problem.nominal;
+  const Machine nominal(start.plant, {});
   FitProblem fine = problem;
   for (double step = problem.max_step; step > kShortestStep; step *= 0.5) {
     fine.max_step = step;
@@ -288,7 +293,7 @@ double adequate_step(const FitProblem& problem) {
     double squares = 0.0, count = 0.0;
     for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
       const Segment& window = problem.response.windows()[w];
-      const WindowStart x = first_start(window, problem.excitation.paths()[window.recording], false);
+      const WindowStart x = first_start(window, problem.excitation.paths()[window.recording], nominal);
       try {
         const Eigen::MatrixXd difference = coarse_runs(w, x) - fine_runs(w, x);
         const Eigen::VectorXd rows = problem.response.project(w, difference);
@@ -308,8 +313,12 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
   const auto rows = static_cast<double>(problem.response.rows());
   const double usual = rows + kUnusual * std::sqrt(2.0 * rows);
-  descend(problem, current, false, kLinearIterations);
-  polish(problem, current);
+  for (int round = 0; round < kRounds; ++round) {
+    descend(problem, current, false, kLinearIterations);
+    const double before = current.squares;
+    polish(problem, current);
+    if (current.squares <= usual || current.squares > kMuch * before) break;  // else the starts have misled the rest
+  }
   const bool hopeless = current.squares > kHopeless * usual && current.squares > kBehind * problem.best;
   if (current.squares > usual && !hopeless) {
     const Eigen::MatrixXd slopes =

@@ -51,6 +51,8 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     result.velocity.push_back(result.simulated.back());
   }
   double squares = 0.0;
+  JointVector lags = JointVector::Zero(n);  // as the window before has found them,
+  double since = 0.0;                       // at this time
   Remainder::Memory memory;
   std::size_t of = 0, reached = 0;  // recording and sample that the memory belongs to
   for (const Segment& window : windows(data, horizon)) {
@@ -67,16 +69,24 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
       memory = remember(model.remainder, data[r], paths[r], reached, window.first, std::move(memory));
       reached = window.first;
     }
+    const double now = data[r].time[window.first];
+    lags = window.opens ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
+    since = now;
     const auto run = [&](const WindowStart& x, Eigen::MatrixXd* states) {
-      const JointVector z = x.size() > 2 * n ? JointVector(x.tail(n)) : JointVector(hidden[r].row(first));
-      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step, z, states,
+      HiddenStates beside{hidden[r].row(first), lags};
+      if (x.size() > 2 * n) {
+        if (window.after_gap) beside.effects = x.segment(2 * n, n);
+        beside.lags = x.tail(n);
+      }
+      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step, beside, states,
                          memory);
     };
-    WindowStart start = first_start(window, paths[r], list[r].has_hidden_states());
+    WindowStart start = first_start(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
     try {
       start = fit_start([&](const WindowStart& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
-                        kRounds);
+                        kRounds, precision_of(start, data[r]));
+      if (start.size() > 2 * n) lags = start.tail(n);
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);
       result.window_rms.push_back(std::sqrt((measured - simulated).squaredNorm() / static_cast<double>(size * n)));

@@ -57,7 +57,7 @@ std::vector<Segment> stretches(const Measured& measured, std::size_t recording) 
   std::size_t first = 0;
   for (std::size_t k = 1; k <= t.size(); ++k) {
     if (k < t.size() && t[k] - t[k - 1] <= gap) continue;
-    list.push_back({recording, first, k - 1, first > 0});
+    list.push_back({recording, first, k - 1, true, first > 0});
     first = k;
   }
   return list;
@@ -76,7 +76,8 @@ std::vector<Segment> windows(const std::vector<Measured>& data, double length, s
         while (last + 1 <= stretch.last && t[last + 1] <= end) ++last;
         const bool whole = last < stretch.last || t[last] - t[first] > 0.5 * length;
         if (whole && last - first + 1 >= least) {
-          list.push_back({r, first, last, stretch.after_gap && first == stretch.first});
+          const bool opens = first == stretch.first;
+          list.push_back({r, first, last, opens, opens && stretch.after_gap});
         }
         first = last + 1;
       }

@@ -12,6 +12,9 @@ class Runs {
   /// Simulated positions of one window, samples x joints. Throws NumericalError.
   Eigen::MatrixXd operator()(std::size_t w, const WindowStart& start, Eigen::MatrixXd* states = nullptr) const;
 
+  /// 1 / variance a priori of a window's start.
+  WindowStart precision(std::size_t w, const WindowStart& start) const;
+
   /// Measured less simulated.
   Eigen::MatrixXd rest(std::size_t w, const WindowStart& start) const;
 
@@ -20,7 +23,7 @@ class Runs {
   int joints_;
   std::vector<Machine> machines_;
   std::vector<std::vector<Drive>> drives_;
-  std::vector<Eigen::MatrixXd> hidden_;
+  std::vector<HiddenStates> hidden_;  // at the beginning of each window
 };
 
 /// Puts the residual of one window into that of the fit.

@@ -7,15 +7,17 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 36;         // along each input
-constexpr int kFineBumps = 72;     // where edges are sharp
-constexpr int kStateBumps = 7;     // along each side of the grid over position and velocity
-constexpr int kProductBumps = 18;  // along the first of two causes
-constexpr int kPastBumps = 12;     // along what is remembered, for each time constant
-constexpr double kTimeStep = 0.1;  // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;  // s between bumps in the time of one recording
-constexpr double kRare = 0.05;     // of the samples, on either side of where fine terms lie
-constexpr double kSlow = 0.01;     // of the highest speed: dry friction is smooth over it
+constexpr int kBumps = 36;                                   // along each input
+constexpr int kFineBumps = 72;                               // where edges are sharp
+constexpr int kStateBumps = 7;                               // along each side of the grid over position and velocity
+constexpr int kProductBumps = 18;                            // along the first of two causes
+constexpr int kPastBumps = 12;                               // along what is remembered, for each time constant
+constexpr double kTimeStep = 0.1;                            // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;                            // s between bumps in the time of one recording
+constexpr int kRelays = 12;                                  // along the positions
+constexpr double kSlowestSwing = 4.0, kFastestSwing = 40.0;  // rad/s
+constexpr double kRare = 0.05;                               // of the samples, on either side of where fine terms lie
+constexpr double kSlow = 0.01;                               // of the highest speed: dry friction is smooth over it
 
 using Terms = std::vector<Term>;
 
@@ -116,6 +118,30 @@ Terms late_terms(TermKind kind, int joint, double most) {
   return list;
 }
 
+/// Whether the joint has come from above or from below: hysteresis.
+Terms relay_terms(const Survey& s, int joint) {
+  const double range = s.highest - s.lowest, step = range / kRelays;
+  Terms list;
+  for (const double part : {0.03, 0.08, 0.15, 0.25, 0.35}) {
+    for (int i = 1; i < kRelays; ++i) {
+      list.push_back({TermKind::relay, joint, -1, s.lowest + i * step, 0.25 * step, part * range});
+    }
+  }
+  return list;
+}
+
+/// Masses on springs that the joint carries along.
+Terms swing_terms(int joint) {
+  Terms list;
+  for (const auto& [damping, ratio] : {std::pair{0.04, 1.12}, {0.25, 1.5}}) {
+    for (double frequency = kSlowestSwing; frequency < kFastestSwing; frequency *= ratio) {
+      list.push_back({TermKind::swing, joint, -1, frequency, damping});
+      list.push_back({TermKind::swing_beside, joint, -1, frequency, damping});
+    }
+  }
+  return list;
+}
+
 }  // namespace
 
 std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory>& paths, int joint) {
@@ -142,6 +168,8 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
   }
   add(Cause::history, true, past_terms(TermKind::past_velocity, joint, s.speed));
   add(Cause::history, true, late_terms(TermKind::late_drag, joint, s.speed));
+  add(Cause::history, true, relay_terms(s, joint));
+  add(Cause::history, true, swing_terms(joint));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
   add(Cause::position, true, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);

@@ -15,15 +15,33 @@ constexpr double kMuch = 0.1;     // beyond which the slopes are formed anew
 
 }  // namespace
 
-WindowStart first_start(const Segment& window, const Trajectory& path, bool hidden) {
+WindowStart first_start(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
   const Eigen::Index n = path.position.cols();
-  WindowStart start = WindowStart::Zero((hidden && window.after_gap ? 3 : 2) * n);
+  const bool unknown = (machine.has_hidden_states() && window.after_gap) || (machine.has_lags() && window.opens);
+  WindowStart start = WindowStart::Zero((unknown ? 4 : 2) * n);
   start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
   return start;
 }
 
-WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds) {
+WindowStart precision_of(const WindowStart& start, const Measured& data) {
+  WindowStart precision = WindowStart::Zero(start.size());
+  const Eigen::Index n = data.input.cols();
+  if (start.size() > 2 * n) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      precision[3 * n + j] =
+          1.0 / std::max(1e-12, data.input.col(j).squaredNorm() / static_cast<double>(data.samples()));
+    }
+  }
+  return precision;
+}
+
+WindowStart weights_of(const WindowStart& precision, const Eigen::MatrixXd& rest) {
+  return precision * (rest.squaredNorm() / static_cast<double>(rest.size()));
+}
+
+WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds,
+                      const WindowStart& precision) {
   Eigen::MatrixXd rest = rest_of(x), slopes(rest.size(), x.size());
   double damping = 1e-6;
   bool slopes_hold = false;  // near enough those of the present start
@@ -33,9 +51,14 @@ WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& 
       moved[i] += kStartStep;
       slopes.col(i) = ((rest - rest_of(moved)) / kStartStep).reshaped();
     }
-    const Eigen::MatrixXd curvature = slopes.transpose() * slopes;
-    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped();
-    const double before = rest.squaredNorm(), largest = curvature.diagonal().maxCoeff();
+    const WindowStart weight = weights_of(precision, rest);
+    const auto cost = [&](const Eigen::MatrixXd& left, const WindowStart& at) {
+      return left.squaredNorm() + weight.dot(at.cwiseAbs2());
+    };
+    Eigen::MatrixXd curvature = slopes.transpose() * slopes;
+    curvature.diagonal() += weight;
+    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped() - weight.cwiseProduct(x);
+    const double before = cost(rest, x), largest = curvature.diagonal().maxCoeff();
     double gained = 0.0;
     for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
       Eigen::MatrixXd damped = curvature;
@@ -48,7 +71,7 @@ WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& 
       } catch (const NumericalError&) {
         continue;
       }
-      gained = before - tried.squaredNorm();
+      gained = before - cost(tried, next);
       if (gained > 0.0) {
         x = next;
         rest = tried;

@@ -14,6 +14,19 @@ bool same_kind(const Effect& a, const Effect& b) {
   return a.form.index() == b.form.index() && a.joint == b.joint && a.recording == b.recording;
 }
 
+double spring_torque(const std::vector<Effect>& effects, int joint, double position) {
+  double torque = 0.0;
+  for (const Effect& effect : effects) {
+    if (effect.joint != joint) continue;
+    std::visit(
+        [&]<class E>(const E& form) {
+          if constexpr (SpringEffect<E>) torque += form.torque_at({.position = position});
+        },
+        effect.form);
+  }
+  return torque;
+}
+
 bool redundant(const std::vector<Effect>& effects) {
   for (const Effect& law : effects) {
     for (const Effect& other : effects) {

@@ -78,6 +78,10 @@ concept TimedEffect = requires(const E& e) {
   { e.switch_time() } -> std::same_as<double>;
 };
 
+/// A torque that the joint's bearings carry: part of the load on them.
+template <class E>
+concept SpringEffect = TorqueEffect<E> && E::kSpring;
+
 template <class E>
 concept TiltEffect = requires(const E& e) {
   { e.tilt() } -> std::same_as<double>;
@@ -113,6 +117,9 @@ concept SensorEffect = requires(const E& e, double q) {
 
 /// The same law in the same place, whatever its parameters.
 bool same_kind(const Effect& a, const Effect& b);
+
+/// Torque of the springs among the effects of one joint at a position of it.
+double spring_torque(const std::vector<Effect>& effects, int joint, double position);
 
 /// Whether a set holds a law twice, or beside one that contains it, in the same joint: together they are no other law
 /// than the second alone.

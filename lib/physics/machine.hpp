@@ -2,7 +2,6 @@
 
 #include <array>
 #include <map>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,6 +12,12 @@
 #include "physics/remainder_sum.hpp"
 
 namespace bayesctrl {
+
+/// States of a machine's joints beside [q, v].
+struct HiddenStates {
+  JointVector effects;  // those of effects (presliding)
+  JointVector lags;     // outputs of lags less what they are where the lag had settled on the recording's first input
+};
 
 /// A plant with additional physics: M(q) q'' = plant's torques + effects. Integrated by the classical Runge-Kutta
 /// method of fourth order with steps of at most `max_step`, cut at every switch of the input and at every stop of a
@@ -30,14 +35,14 @@ class Machine {
   std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const;
 
   /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
-  /// and the states `hidden` of the joints' effects at time[first]. With `states` also the true [q, v] of each sample.
+  /// and the `hidden` states at time[first]. With `states` also the true [q, v] of each sample.
   /// Throws NumericalError where it diverges.
   Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
-                      std::size_t first, std::size_t last, double max_step, const JointVector& hidden,
+                      std::size_t first, std::size_t last, double max_step, const HiddenStates& hidden,
                       Eigen::MatrixXd* states = nullptr, const Remainder::Memory& memory = {}) const;
   Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
                       std::size_t first, std::size_t last, double max_step = 0.005) const {
-    return run(start, time, drives, first, last, max_step, JointVector::Zero(joints_));
+    return run(start, time, drives, first, last, max_step, {JointVector::Zero(joints_), JointVector::Zero(joints_)});
   }
 
   /// States of the joints' effects (samples x joints) along a known motion: 0 at its first sample, and `known` at the
@@ -45,6 +50,10 @@ class Machine {
   Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity,
                                 const std::map<std::size_t, JointVector>& known = {}) const;
   bool has_hidden_states() const { return has_hidden_states_; }
+
+  /// What is left of departures of the lags after `by` seconds.
+  JointVector decayed(const JointVector& lags, double by) const;
+  bool has_lags() const { return lag_.any(); }
 
   /// What the sensors show of a position.
   JointVector measured(const JointVector& position) const;
@@ -56,6 +65,7 @@ class Machine {
 
   double fine_step(const State& state, const Moment& moment, bool goes_on) const;
   JointVector motor_torque(const JointVector& q, const JointVector& v, const JointVector& input, double t) const;
+  JointSlots load_at(const JointVector& q) const;
   double holding(const State& state, const Moment& moment, int joint) const;
   JointVector input_at(const Moment& moment, double t) const;
   JointSlots acceleration(const State& state, const Moment& moment, double t, JointSlots* holding_torque) const;
@@ -73,31 +83,10 @@ class Machine {
   std::array<bool, kMaxJoints> dry_{};  // joints with dry friction
   JointVector added_inertia_;           // per joint
   JointVector tilt_;                    // per joint, rad
+  JointVector lag_;                     // per joint, s
   bool needs_external_torque_ = false;
   bool has_hidden_states_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing
-};
-
-/// A machine in a closed loop: the input of each moment is settled while it moves.
-class Simulation {
- public:
-  /// `machine` must outlive the simulation.
-  Simulation(const Machine& machine, const StateVector& start, double time, double max_step = 0.005);
-  ~Simulation();
-
-  /// The input is held from the present time on, once for each time.
-  void hold(const JointVector& input);
-
-  /// Throws NumericalError where the machine diverges.
-  void advance(double time);
-
-  StateVector state() const;  // true [q, v]
-
- private:
-  struct Now;
-  const Machine& machine_;
-  double max_step_;
-  std::unique_ptr<Now> now_;
 };
 
 }  // namespace bayesctrl

@@ -10,8 +10,14 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   const Eigen::Index n = q.size();
   const JointVector none = JointVector::Zero(n);
   const JointMatrix mobility = motion(model.plant, q, v, none, 0.0).mobility;
-  const JointVector external = external_torque(model.plant, q);
   JointVector torque = none, tilt = none, inertia = none;
+  for (const Effect& effect : model.effects) {
+    if (const auto* tilted = std::get_if<GravityTilt>(&effect.form)) tilt[effect.joint] += tilted->tilt();
+  }
+  const JointVector gravity = external_torque(model.plant, q + tilt);
+  if (tilt.any()) torque += gravity - external_torque(model.plant, q);
+  JointVector external = gravity;
+  for (Eigen::Index j = 0; j < n; ++j) external[j] += spring_torque(model.effects, static_cast<int>(j), q[j]);
   for (const Effect& effect : model.effects) {
     const Eigen::Index j = effect.joint;
     const JointState state{q[j], v[j],        0.0,
@@ -24,8 +30,6 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
             torque[j] += form.torque_at(state);
           } else if constexpr (DryFriction<E>) {
             torque[j] -= form.sliding(state) * (v[j] > 0.0 ? 1.0 : v[j] < 0.0 ? -1.0 : 0.0);
-          } else if constexpr (TiltEffect<E>) {
-            tilt[j] += form.tilt();
           } else if constexpr (InertiaEffect<E>) {
             inertia[j] += form.added_inertia();
           } else if constexpr (std::is_same_v<E, InputGain>) {
@@ -34,7 +38,6 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
         },
         effect.form);
   }
-  if (tilt.any()) torque += external_torque(model.plant, q + tilt) - external;
   if (!model.remainder.empty()) {
     torque += model.remainder.torque(model.remainder.begin(q, v, none), q, v, none, 0.0);
   }

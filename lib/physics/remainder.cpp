@@ -47,6 +47,7 @@ Looks looks_at(TermKind kind) {
     case TermKind::bump_position:
     case TermKind::late_position:
     case TermKind::play:
+    case TermKind::relay:
       return {.position = true};
     case TermKind::bump_velocity:
     case TermKind::sign_velocity:
@@ -65,6 +66,8 @@ Looks looks_at(TermKind kind) {
     case TermKind::warm_motor:
       return {.input = true};
     case TermKind::bump_time:
+    case TermKind::swing:
+    case TermKind::swing_beside:
       return {};
     case TermKind::bump_state:
     case TermKind::position_drag:
@@ -78,7 +81,14 @@ Looks looks_at(TermKind kind) {
   return {};
 }
 
-double Term::value(double q, double v, double u, double t, double m) const {
+bool is_linear(TermKind kind) { return kind == TermKind::swing || kind == TermKind::swing_beside; }
+
+double position_for(const Term& term, const Remainder::Limits::Seen& at, const JointVector& q) {
+  return is_linear(term.kind) ? q[term.joint] : at.q[term.joint];
+}
+
+double Term::value(double q, double v, double u, double t, Held held) const {
+  const double m = held.real();
   switch (kind) {
     case TermKind::bump_position:
       return bump(q, a, b);
@@ -108,7 +118,12 @@ double Term::value(double q, double v, double u, double t, double m) const {
       return m - v;
     case TermKind::late_position:
     case TermKind::play:
+    case TermKind::swing:
       return m - q;
+    case TermKind::swing_beside:
+      return held.imag();
+    case TermKind::relay:
+      return std::tanh((m - a) / b);
     case TermKind::past_input:
     case TermKind::past_velocity:
     case TermKind::late_push:
@@ -134,6 +149,9 @@ double Term::first_memory(double q, double v, double u) const {
       return v;
     case TermKind::late_position:
     case TermKind::play:
+    case TermKind::relay:
+    case TermKind::swing:
+    case TermKind::swing_beside:
       return q;
     case TermKind::past_input:
       return bump(u, a, b);
@@ -150,7 +168,8 @@ double Term::first_memory(double q, double v, double u) const {
   }
 }
 
-double Term::remembered(double m, double q, double v, double u, double h) const {
+Held Term::remembered(Held held, double q, double v, double u, double h) const {
+  const double m = held.real();
   switch (kind) {
     case TermKind::late_input:
       return follow(m, u, a, h);
@@ -173,10 +192,15 @@ double Term::remembered(double m, double q, double v, double u, double h) const 
       return follow(m, u * u, a, h);
     case TermKind::play:
       return std::clamp(m, q - a, q + a);
+    case TermKind::relay:
+      return std::clamp(m, q - c, q + c);
+    case TermKind::swing:
+    case TermKind::swing_beside:
+      return q + (held - q) * std::exp(Held(-b, std::sqrt(1.0 - b * b)) * (a * h));
     case TermKind::reversal:  // the sign of the memory is that of the velocity
       return v * m < 0.0 ? std::copysign(1e-9, v) : m + std::copysign(h, m);
     default:
-      return m;
+      return held;
   }
 }
 
@@ -219,7 +243,7 @@ Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, c
   const Limits::Seen at = Limits(*this).seen(q, v, u);
   Memory memory;
   for (const Term& term : terms)
-    memory.push_back(term.first_memory(at.q[term.joint], at.v[term.joint], at.u[term.joint]));
+    memory.push_back(term.first_memory(position_for(term, at, q), at.v[term.joint], at.u[term.joint]));
   return memory;
 }
 
@@ -228,7 +252,7 @@ void Remainder::advance(Memory& memory, const JointVector& q, const JointVector&
   const Limits::Seen at = Limits(*this).seen(q, v, u);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
-    memory[i] = terms[i].remembered(memory[i], at.q[j], at.v[j], at.u[j], h);
+    memory[i] = terms[i].remembered(memory[i], position_for(terms[i], at, q), at.v[j], at.u[j], h);
   }
 }
 
@@ -239,7 +263,7 @@ JointVector Remainder::torque(const Memory& memory, const JointVector& q, const 
   JointVector sum = JointVector::Zero(q.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
-    sum[j] += terms[i].weight * terms[i].value(at.q[j], at.v[j], at.u[j], t, memory[i]);
+    sum[j] += terms[i].weight * terms[i].value(position_for(terms[i], at, q), at.v[j], at.u[j], t, memory[i]);
   }
   return limits.limited(std::move(sum), at, q, v, u);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -37,13 +38,17 @@ enum class TermKind {
   warm_dry,       // m tanh(v / b), m' = (v^2 - m) / a
   warm_motor,     // m u, m' = (u^2 - m) / a
   play,           // m - q, m follows q at the ends of a gap of half-width a
+  relay,          // tanh((m - a) / b), m follows q at the ends of a gap of half-width c
+  swing,          // Re m - q, m' = w (q - m), w = a (b - i sqrt(1 - b^2)): a mass on a spring follows the joint
+  swing_beside,   // Im m of the same
   reversal,       // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
 };
-constexpr std::array<std::string_view, 23> names(TermKind) {
+constexpr std::array<std::string_view, 26> names(TermKind) {
   return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",    "bump_time",
           "bump_state",    "position_drag", "position_dry",  "position_gain", "velocity_gain", "late_input",
           "late_velocity", "late_position", "past_input",    "past_velocity", "late_push",     "late_drag",
-          "warm_viscous",  "warm_dry",      "warm_motor",    "play",          "reversal"};
+          "warm_viscous",  "warm_dry",      "warm_motor",    "play",          "relay",         "swing",
+          "swing_beside",  "reversal"};
 }
 
 /// What a term looks at.
@@ -55,6 +60,12 @@ struct Looks {
 };
 Looks looks_at(TermKind kind);
 
+/// Whether a term is linear in the motion, and so holds beyond what was seen.
+bool is_linear(TermKind kind);
+
+/// What a term remembers: a number, the position of a pointer for what swings.
+using Held = std::complex<double>;
+
 /// One term of a torque that no catalogue explains.
 struct Term {
   TermKind kind = TermKind::bump_position;
@@ -65,11 +76,11 @@ struct Term {
 
   bool operator==(const Term&) const = default;
 
-  /// Value without the weight. `m`: memory.
-  double value(double q, double v, double u, double t, double m) const;
+  /// Value without the weight. `held`: memory.
+  double value(double q, double v, double u, double t, Held held) const;
 
   /// Memory after `h` seconds at q, v, u; `first` starts it.
-  double remembered(double m, double q, double v, double u, double h) const;
+  Held remembered(Held held, double q, double v, double u, double h) const;
   double first_memory(double q, double v, double u) const;
 };
 
@@ -77,7 +88,7 @@ struct Term {
 /// depends on, written in features.
 struct Remainder {
   /// What the terms have seen of one joint. A function of the velocity or of the input alone stays beyond it as it is
-  /// at its edge; of the position, or of several, it fades away.
+  /// at its edge; of the position, or of several, it fades away; what is linear goes on.
   struct Region {
     double lowest = 0.0, highest = 0.0, speed = 0.0, input = 0.0;
     double torque = 1e300;  // largest that was seen: no more is given
@@ -89,7 +100,7 @@ struct Remainder {
   bool empty() const { return terms.empty(); }
   bool operator==(const Remainder&) const = default;
 
-  using Memory = std::vector<double>;  // one per term
+  using Memory = std::vector<Held>;  // one per term
   Memory begin(const JointVector& q, const JointVector& v, const JointVector& u) const;
   void advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u, double h) const;
   JointVector torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
@@ -114,5 +125,8 @@ struct Remainder {
     bool several = false;  // they look at more than one thing
   };
 };
+
+/// The position that a term is given: the nearest that was seen, or for what is linear the position itself.
+double position_for(const Term& term, const Remainder::Limits::Seen& at, const JointVector& q);
 
 }  // namespace bayesctrl

@@ -79,7 +79,7 @@ JointVector RemainderSum::torque(const Remainder::Memory& memory, const JointVec
   for (const Batch& batch : batches_) {
     const int j = batch.joint;
     if (remembers(batch.kind)) {
-      const Eigen::Map<const Eigen::ArrayXd> held(memory.data() + batch.first, batch.weight.size());
+      const auto held = Eigen::Map<const Eigen::ArrayXcd>(memory.data() + batch.first, batch.weight.size()).real();
       sum[j] += (held * batch.weight).sum();
       continue;
     }
@@ -90,7 +90,7 @@ JointVector RemainderSum::torque(const Remainder::Memory& memory, const JointVec
   for (const std::size_t i : single_) {
     const Term& term = terms_[i];
     const int j = term.joint;
-    sum[j] += term.weight * term.value(at.q[j], at.v[j], at.u[j], t, memory[i]);
+    sum[j] += term.weight * term.value(position_for(term, at, q), at.v[j], at.u[j], t, memory[i]);
   }
   return limits_.limited(sum, at, q, v, u);
 }
@@ -102,12 +102,13 @@ void RemainderSum::advance(Remainder::Memory& memory, const JointVector& q, cons
     if (!remembers(batch.kind)) continue;
     const int j = batch.joint;
     const double x = chosen(over(batch.kind), at.q[j], at.v[j], at.u[j], 0.0), part = -std::expm1(-h / batch.c);
-    Eigen::Map<Eigen::ArrayXd> held(memory.data() + batch.first, batch.weight.size());
+    auto held = Eigen::Map<Eigen::ArrayXcd>(memory.data() + batch.first, batch.weight.size()).real();
     held += part * ((-0.5 * ((x - batch.centre) * batch.per_width).square()).exp() - held);
   }
   for (const std::size_t i : single_) {
-    const int j = terms_[i].joint;
-    memory[i] = terms_[i].remembered(memory[i], at.q[j], at.v[j], at.u[j], h);
+    const Term& term = terms_[i];
+    const int j = term.joint;
+    memory[i] = term.remembered(memory[i], position_for(term, at, q), at.v[j], at.u[j], h);
   }
 }
 

@@ -4,7 +4,7 @@
 
 #include "base/error.hpp"
 #include "numerics/detail/dormand_prince.hpp"
-#include "physics/machine.hpp"
+#include "physics/simulation.hpp"
 
 namespace bayesctrl {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "base/error.hpp"
-#include "physics/machine.hpp"
+#include "physics/simulation.hpp"
 
 namespace bayesctrl::trial {
 
@@ -146,7 +146,8 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
   };
   JointVector q = start.head(n), v = start.tail(n), slow = JointVector::Zero(n), before;
   double memory = 0.0;
-  Simulation loop(simulator, start, 0.0, kFine);
+  const double settled = simulator.has_lags() ? draw_uniform(random, 0.0, 1.0) : 1.0;
+  Simulation loop(simulator, start, 0.0, kFine, settled);
   for (std::size_t k = 0; k < samples; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     seen(row, simulator.measured(q));

@@ -25,6 +25,23 @@ TEST_CASE("Friction that gives before it slides is found across a gap, after whi
   CHECK(found.p_value(best) > 1e-3);
 }
 
+TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnose][fit]") {
+  const double part = GENERATE(0.0, 1.0, -0.5);
+  const double lag = GENERATE(0.05, 0.3);
+  CAPTURE(part, lag);
+  const Machine machine(kPendulum, {{CoulombFriction{0.15}, 0, -1}, {ActuatorLag{lag}, 0, -1}});
+  const std::vector<Measured> data{record(machine, -1.0, 5, part), record(machine, 4.0, 6, part)};
+  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
+  const Fit& best = found.best().fit;
+  CHECK(key(best.effects) == key(machine.effects()));
+  CHECK(found.p_value(best) > 1e-3);
+  for (std::size_t e = 0; e < best.effects.size(); ++e) {
+    const auto* law = std::get_if<ActuatorLag>(&best.effects[e].form);
+    if (law == nullptr) continue;
+    CHECK(std::abs(law->time_constant - lag) < 4.0 * best.deviation(static_cast<int>(e), "time_constant"));
+  }
+}
+
 TEST_CASE("Among finalists a larger set fits no worse than the sets that it contains", "[diagnose][fit]") {
   const EffectForm hidden =
       GENERATE(EffectForm(CoulombFriction{0.2}), EffectForm(StribeckFriction{0.1, 0.22, 0.2}),

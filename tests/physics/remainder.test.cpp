@@ -62,17 +62,60 @@ TEST_CASE("What a term remembers of the past follows what is there now as a firs
   const Term term{TermKind::past_input, 0, -1, 1.0, 0.3, kTau, 1.0, 1.0};
   const double before = term.first_memory(0.0, 0.0, 0.0), after = term.first_memory(0.0, 0.0, 1.0);
   CHECK(after == 1.0);
-  double m = before;
+  Held m = before;
   for (int k = 0; k < 50; ++k) m = term.remembered(m, 0.0, 0.0, 1.0, 0.01);
   CHECK(term.value(0.0, 0.0, -5.0, 0.0, m) == Approx(after + (before - after) * std::exp(-0.5 / kTau)));
   // The same of what saturates.
   for (const auto& [kind, v, u] : {std::tuple{TermKind::late_push, 0.0, 1.0}, {TermKind::late_drag, 1.0, 0.0}}) {
     const Term late{kind, 0, -1, 0.5, 1.0, kTau, 1.0, 1.0};
-    double held = late.first_memory(0.0, 0.0, 0.0);
-    CHECK(held == 0.0);
+    Held held = late.first_memory(0.0, 0.0, 0.0);
+    CHECK(held == Held(0.0));
     for (int k = 0; k < 50; ++k) held = late.remembered(held, 0.0, v, u, 0.01);
     CHECK(late.value(0.0, 0.0, 0.0, 0.0, held) == Approx(std::tanh(2.0) * -std::expm1(-0.5 / kTau)));
   }
+}
+
+TEST_CASE("A relay turns at one position going up and at another going down", "[remainder]") {
+  const double centre = 0.3, gap = 0.2;
+  const Term relay{TermKind::relay, 0, -1, centre, 1e-3, gap, 1.0, 1.0};
+  Held m = relay.first_memory(-1.0, 0.0, 0.0);
+  const auto at = [&](double q) {
+    m = relay.remembered(m, q, 0.0, 0.0, 0.01);
+    return relay.value(q, 0.0, 0.0, 0.0, m);
+  };
+  for (double q = -1.0; q < centre + gap - 0.01; q += 0.005) REQUIRE(at(q) == Approx(-1.0));
+  CHECK(at(centre + gap + 0.01) == Approx(1.0));
+  for (double q = centre + gap; q > centre - gap + 0.02; q -= 0.005) REQUIRE(at(q) == Approx(1.0));
+  CHECK(at(centre - gap - 0.01) == Approx(-1.0));
+}
+
+TEST_CASE("A mass on a spring that the joint carries along swings as its differential equation says", "[remainder]") {
+  // x'' = w^2 (q - x) - 2 z w x' behind q(t) = sin 2t: x - q in both terms, for w' = sqrt(1 - z^2)
+  // x - q = Re(m - q) + (z / w') Im m, if it begins at rest at q.
+  const double w = 7.0, z = 0.2, root = std::sqrt(1.0 - z * z), h = 1e-4;
+  const Term real{TermKind::swing, 0, -1, w, z}, imaginary{TermKind::swing_beside, 0, -1, w, z};
+  Held a = real.first_memory(0.0, 0.0, 0.0), b = imaginary.first_memory(0.0, 0.0, 0.0);
+  double x = 0.0, v = 0.0, largest = 0.0;
+  for (int k = 0; k < 30000; ++k) {
+    const double q = std::sin(2.0 * h * (k + 0.5));
+    a = real.remembered(a, q, 0.0, 0.0, h);
+    b = imaginary.remembered(b, q, 0.0, 0.0, h);
+    v += h * (w * w * (q - x) - 2.0 * z * w * v);
+    x += h * v;
+    const double swings = real.value(q, 0.0, 0.0, 0.0, a) + z / root * imaginary.value(q, 0.0, 0.0, 0.0, b);
+    if (k % 500 == 0) CHECK(std::abs(swings - (x - q)) < 2e-3);
+    largest = std::max(largest, std::abs(x - q));
+  }
+  CHECK(largest > 0.1);
+  // Linear: it goes on beyond what was seen.
+  const Remainder remainder{{real}, {{-1.0, 1.0, 2.0, 1.5, 1e300}}};
+  const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
+  Remainder::Memory memory = remainder.begin(one(3.0), one(0.0), one(0.0));
+  remainder.advance(memory, one(5.0), one(0.0), one(0.0), 0.1);
+  Remainder::Memory less = remainder.begin(one(0.3), one(0.0), one(0.0));
+  remainder.advance(less, one(0.5), one(0.0), one(0.0), 0.1);
+  CHECK(remainder.torque(memory, one(5.0), one(0.0), one(0.0), 0.0)[0] ==
+        Approx(10.0 * remainder.torque(less, one(0.5), one(0.0), one(0.0), 0.0)[0]));
 }
 
 TEST_CASE("Joints whose friction and remainder set one another free without end rest until the next sample",

@@ -13,8 +13,8 @@ inline const Plant kPendulum = Pendulum{.length = 0.8, .friction = 0.2, .mass = 
 inline constexpr double kPendulumNoise = 3e-4;  // rad
 
 /// 12 s of a machine with one joint under a sum of sines, sampled at 100 Hz with noise; half a second is lost from
-/// `gap` on (none if negative).
-inline Measured record(const Machine& machine, double gap, std::uint64_t seed) {
+/// `gap` on (none if negative). A lag has settled on that `part` of the first input.
+inline Measured record(const Machine& machine, double gap, std::uint64_t seed, double part = 1.0) {
   RandomStream random(seed);
   Measured data{"test", {}, {}, {}, 0.0, false};
   std::vector<double> time;
@@ -27,7 +27,8 @@ inline Measured record(const Machine& machine, double gap, std::uint64_t seed) {
   }
   StateVector start(2);
   start << 0.3, 0.0;
-  const Eigen::MatrixXd q = machine.run(start, time, machine.drives(time, input), 0, 1199, 1e-3);
+  const HiddenStates hidden{JointVector::Zero(1), JointVector::Constant(1, (part - 1.0) * input(0, 0))};
+  const Eigen::MatrixXd q = machine.run(start, time, machine.drives(time, input), 0, 1199, 1e-3, hidden);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index k = 0; k < 1200; ++k) {
     const double t = time[static_cast<std::size_t>(k)];

@@ -9,6 +9,7 @@ struct CubicSpring {
   static constexpr std::string_view kName = "cubic_spring";
   static constexpr std::string_view kEquation = "torque -= {stiffness} q^3";
   static constexpr std::string_view kText = "a spring that hardens with displacement";
+  static constexpr bool kSpring = true;
   double stiffness = 0.1;
 
   static void fields(auto& self, auto&& field) {

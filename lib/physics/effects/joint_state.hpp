@@ -16,7 +16,7 @@ struct JointState {
   double velocity = 0.0;
   double time = 0.0;             // since the start of the recording
   double motor_torque = 0.0;     // tau_in: what the input does to the joint, after the input effects
-  double external_torque = 0.0;  // tau_ext: gravity and springs of the plant, along the joint
+  double external_torque = 0.0;  // tau_ext: gravity and springs, along the joint
   double neighbour = 0.0;        // position of the joint that this one is coupled to
 };
 

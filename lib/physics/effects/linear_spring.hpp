@@ -9,6 +9,7 @@ struct LinearSpring {
   static constexpr std::string_view kName = "linear_spring";
   static constexpr std::string_view kEquation = "torque -= {stiffness} q";
   static constexpr std::string_view kText = "a spring, cable or hose that pulls back in step with the displacement";
+  static constexpr bool kSpring = true;
   double stiffness = 0.1;
 
   static void fields(auto& self, auto&& field) {
