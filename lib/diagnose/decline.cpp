@@ -17,6 +17,7 @@ constexpr double kEnough = 1.03;          // noise, RMS: no model can do much be
 constexpr std::size_t kMostWindows = 40;  // of free runs by which models are compared,
 constexpr double kCoarseStep = 4e-3;      // s, of the integration
 constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
+constexpr double kCarried = 3.0;          // times the error: effects that one recording more or less changes so much
 constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error
 
 /// Seconds of all windows.
@@ -59,15 +60,13 @@ class Choice {
       : explanation_(explanation), data_(data), motion_(motion), horizon_(horizon) {}
 
   /// `remainder`: learnt without the windows of a fold, or from all (-1); of so many `groups` of terms.
-  void consider(const LeftOutFit& fit_of, const Discrepancy::Dependence& remaining, std::size_t groups,
+  void consider(const Fit& fit, const Discrepancy::Dependence& remaining, std::size_t groups,
                 const std::function<Remainder(int)>& remainder) {
     if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
-    const Fit fit = fit_of.without(-1);
     std::vector<double> errors;
     for (int fold = 0; fold < kFolds; ++fold) {
-      const Fit left = fit_of.without(fold);
       const std::vector<double> more =
-          errors_in({left.plant, left.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
+          errors_in({fit.plant, fit.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
       errors.insert(errors.end(), more.begin(), more.end());
     }
     if (worst_ == 0.0) worst_ = *std::max_element(errors.begin(), errors.end());
@@ -95,6 +94,25 @@ class Choice {
 
 Remainder none(int) { return {}; }
 
+/// Whether effects are carried by all recordings: with the parameters that the others give them, what is left out fits
+/// not much worse.
+bool is_carried(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
+                const std::vector<Trajectory>& motion, double horizon) {
+  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
+  const std::vector<Fit> without = left_out_fits(problem, fit);
+  double with_all = 0.0, left_out = 0.0;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    const auto squares = [&](const Fit& f) {
+      double sum = 0.0;
+      for (const double e : errors_in({f.plant, f.effects, {}}, explanation, fold, data, motion, horizon)) sum += e * e;
+      return sum;
+    };
+    with_all += squares(fit);
+    left_out += squares(without[static_cast<std::size_t>(fold)]);
+  }
+  return left_out < kCarried * kCarried * with_all;
+}
+
 }  // namespace
 
 StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Eigen::VectorXd& target,
@@ -104,19 +122,17 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
-  const LeftOutFit nominal_without(problem, nominal), best_without(problem, best);
-  choice.consider(nominal_without, whole, 0, none);
-  if (!best.effects.empty()) choice.consider(best_without, beside, 0, none);
+  const bool with_effects = !best.effects.empty() && is_carried(best, explanation, data, motion, horizon);
+  choice.consider(nominal, whole, 0, none);
+  if (with_effects) choice.consider(best, beside, 0, none);
   const RemainderSearch in_place(discrepancy, target, whole);
   for (const RemainderSearch::Basis& basis : in_place.best()) {
-    choice.consider(nominal_without, whole, basis.groups.size(),
-                    [&](int out) { return in_place.remainder(basis, out); });
+    choice.consider(nominal, whole, basis.groups.size(), [&](int out) { return in_place.remainder(basis, out); });
   }
-  if (!best.effects.empty()) {
+  if (with_effects) {
     const RemainderSearch more(about_best, best.residual, beside);
     for (const RemainderSearch::Basis& basis : more.best()) {
-      choice.consider(best_without, beside, basis.groups.size(), [&](int out) { return more.remainder(basis, out); });
+      choice.consider(best, beside, basis.groups.size(), [&](int out) { return more.remainder(basis, out); });
     }
   }
   return choice.best();
@@ -128,12 +144,10 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
-  const LeftOutFit best_without(problem, best);
-  choice.consider(best_without, beside, 0, none);
+  choice.consider(best, beside, 0, none);
   const RemainderSearch more(about_best, best.residual, beside);
   const RemainderSearch::Basis leading = more.leading();
-  choice.consider(best_without, beside, 1, [&](int out) { return more.remainder(leading, out); });
+  choice.consider(best, beside, 1, [&](int out) { return more.remainder(leading, out); });
   return choice.best();
 }
 

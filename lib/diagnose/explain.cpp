@@ -16,7 +16,8 @@ constexpr double kFloor = 1e-5;        // of the positions' response to the nomi
 constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted,
 constexpr double kScreenError = 1e-3;  // and of the nats that the best explains: the screen is linear
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
-constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last
+constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last,
+constexpr double kGainOfRest = 0.005;  // and of those that the noise would not leave
 constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: simple laws are wanted as well
 constexpr double kLost = 20.0;         // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
@@ -156,8 +157,19 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
   fit_findings(fits, findings, dictionary, options);
   fits.add_subsets();
   climb(fits, screen, hopeless_behind(findings.front()), dictionary, result, options);
-  // Where even the best leaves much, simple laws with a remainder are wanted as well.
-  if (result.excess(*fits.ranked().front()) > kFarOff) fit_small_sets(fits, screen, dictionary);
+}
+
+/// All fits as candidates, most probable first.
+void rank(Explanation& result, const Fits& fits) {
+  const std::vector<const Fit*> ranked = fits.ranked();
+  result.candidates.clear();
+  double sum = 0.0;
+  for (const Fit* fit : ranked) {
+    const double weight = std::exp(fit->log_evidence - ranked.front()->log_evidence);
+    result.candidates.push_back({*fit, weight});
+    sum += weight;
+  }
+  for (Candidate& candidate : result.candidates) candidate.probability /= sum;
 }
 
 }  // namespace
@@ -217,23 +229,25 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     const Screen screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
     search(fits, screen, about->dictionary, result, options);
     fits.refine();
-    const std::vector<const Fit*> ranked = fits.ranked();
-    result.candidates.clear();
-    double sum = 0.0;
-    for (const Fit* fit : ranked) {
-      const double weight = std::exp(fit->log_evidence - ranked.front()->log_evidence);
-      result.candidates.push_back({*fit, weight});
-      sum += weight;
-    }
-    for (Candidate& candidate : result.candidates) candidate.probability /= sum;
+    rank(result, fits);
     result.linearisation = about;
     const double left = result.excess(result.best().fit);
     const double evidence = result.best().fit.log_evidence;
-    const bool settled = round > 0 && evidence < reached + kGain;
-    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) break;
+    const double gain = std::max(kGain, kGainOfRest * 0.5 * result.best().fit.squares);
+    const bool settled = round > 0 && evidence < reached + gain;
+    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) {
+      if (left <= kFarOff) break;
+      // Where even the best leaves much, simple laws with a remainder are wanted as well.
+      fit_small_sets(fits, screen, about->dictionary);
+      fits.refine();
+      rank(result, fits);
+      break;
+    }
     reached = evidence;
     kept.clear();
-    for (std::size_t i = 0; i < std::min<std::size_t>(kKept, ranked.size()); ++i) kept.push_back(ranked[i]->effects);
+    for (std::size_t i = 0; i < std::min(kKept, result.candidates.size()); ++i) {
+      kept.push_back(result.candidates[i].fit.effects);
+    }
     paths = simulated(fits.problem(), result.best().fit, about->paths);
   }
 }

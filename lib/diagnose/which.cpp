@@ -16,29 +16,40 @@ constexpr double kInseparable = 3.0;   // nats
 constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
 constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
 constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
+constexpr std::size_t kTried = 15;     // candidates that are compared by free runs
+constexpr std::size_t kManyMore = 2;   // numbers
 constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
 
-/// The candidate with effects whose free runs are best for its size.
-std::size_t most_worthwhile(const Explanation& explanation, const std::function<double(const Fit&)>& beyond_noise) {
-  std::size_t chosen = 0;
-  double lowest = kInfinity;
-  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) {
-    const Fit& f = explanation.candidates[i].fit;
-    const double cost = std::log(std::max(beyond_noise(f), 1e-300)) +
-                        kPerEffect * static_cast<double>(f.effects.size()) +
-                        kPerNumber * static_cast<double>(f.unknowns.size());
-    if (f.effects.empty() || cost >= lowest) continue;
-    lowest = cost;
-    chosen = i;
-  }
-  return chosen;
+/// The logarithm of an error, and what its size makes of it.
+double cost(double error, const Fit& fit) {
+  return std::log(std::max(error, 1e-300)) + kPerEffect * static_cast<double>(fit.effects.size()) +
+         kPerNumber * static_cast<double>(fit.unknowns.size());
 }
 
-/// Evidence of all candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
+/// The candidate with effects whose free runs are best for its size, of those whose own windows are.
+std::size_t most_worthwhile(const Explanation& explanation, const std::function<double(const Fit&)>& beyond_noise) {
+  std::vector<std::pair<double, std::size_t>> ranked;
+  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) {
+    const Fit& f = explanation.candidates[i].fit;
+    if (!f.effects.empty()) ranked.emplace_back(cost(explanation.excess(f), f), i);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(std::min(ranked.size(), kTried));
+  for (auto& [worth, i] : ranked) {
+    const Fit& f = explanation.candidates[i].fit;
+    worth = cost(beyond_noise(f), f);
+  }
+  return std::min_element(ranked.begin(), ranked.end())->second;
+}
+
+/// Evidence of candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
+/// What has many more can be no alternative.
 void rank_beside_force(Explanation& explanation, const FitProblem& measured, const Eigen::VectorXd& intensity,
                        std::size_t numbers) {
   for (Candidate& candidate : explanation.candidates) {
-    candidate.fit.log_evidence = beside_random_force(measured, intensity, candidate.fit).log_evidence;
+    candidate.fit.log_evidence = candidate.fit.unknowns.size() <= numbers + kManyMore
+                                     ? beside_random_force(measured, intensity, candidate.fit).log_evidence
+                                     : -kInfinity;
   }
   const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
   std::sort(explanation.candidates.begin(), explanation.candidates.end(), [&](const Candidate& a, const Candidate& b) {
