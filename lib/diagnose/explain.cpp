@@ -157,6 +157,7 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
   fit_findings(fits, findings, dictionary, options);
   fits.add_subsets();
   climb(fits, screen, hopeless_behind(findings.front()), dictionary, result, options);
+  for (std::vector<Effect>& effects : twins(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }
 
 /// All fits as candidates, most probable first.

@@ -14,6 +14,20 @@ constexpr std::size_t kFinalists = 6;  // this many of them,
 constexpr double kNested = 2000.0;     // and what the best contains, within this many nats
 constexpr double kConvergence = 0.5;   // nats that a new start must gain
 
+/// Starts of windows for a set from those of another: the same is shown by other sensors.
+std::vector<WindowStart> as_shown(std::vector<WindowStart> starts, const Machine& from, const Machine& to) {
+  const Eigen::Index n = from.joints();
+  const JointVector none = JointVector::Zero(n), one = JointVector::Ones(n);
+  const JointVector scale =
+      (from.measured(one) - from.measured(none)).cwiseQuotient(to.measured(one) - to.measured(none));
+  for (WindowStart& start : starts) {
+    const JointVector shown = from.measured(start.head(n)) - to.measured(none);
+    start.head(n) = shown.cwiseQuotient(to.measured(one) - to.measured(none));
+    start.segment(n, n) = scale.cwiseProduct(start.segment(n, n)).eval();
+  }
+  return starts;
+}
+
 }  // namespace
 
 double Fits::about(std::shared_ptr<Linearisation> linearisation) {
@@ -90,7 +104,10 @@ void Fits::refine() {
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
         if (list[k].squares > known - kConvergence) continue;
         known = list[k].squares;
-        for (const std::vector<Effect>& start : starts) again |= improve(start, list[k].starts);
+        const Machine from(list[k].plant, list[k].effects);
+        for (const std::vector<Effect>& start : starts) {
+          again |= improve(start, as_shown(list[k].starts, from, Machine(list[k].plant, start)));
+        }
       }
     }
   }
@@ -110,7 +127,7 @@ FitProblem Fits::problem() const {
           options_.penalty, max_step_, best};
 }
 
-/// Those that are nearly as good as the best, its own subsets, and what it is with a simpler law.
+/// Those that are nearly as good as the best, its own subsets and twins, and what it is with a simpler law.
 std::vector<Fit> Fits::finalists() const {
   std::vector<Fit> list;
   const std::vector<const Fit*> best = ranked();
@@ -121,6 +138,7 @@ std::vector<Fit> Fits::finalists() const {
     std::vector<Effect> simpler = set;
     if (simplify(simpler[e].form)) subsets.insert(key(simpler));
   }
+  for (const std::vector<Effect>& twin : twins(set)) subsets.insert(key(twin));
   for (const Fit* fit : best) {
     const double behind = best.front()->log_evidence - fit->log_evidence;
     const bool close = behind < kClose && list.size() < kFinalists;

@@ -93,6 +93,22 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
   return list;
 }
 
+std::vector<std::vector<Effect>> twins(const std::vector<Effect>& set) {
+  std::vector<std::vector<Effect>> list;
+  for (std::size_t e = 0; e < set.size(); ++e) {
+    std::vector<Effect> other = set;
+    if (const auto* tilt = std::get_if<GravityTilt>(&set[e].form)) {
+      other[e].form = SensorOffset{-tilt->angle};
+    } else if (const auto* offset = std::get_if<SensorOffset>(&set[e].form)) {
+      other[e].form = GravityTilt{-offset->angle};
+    } else {
+      continue;
+    }
+    list.push_back(std::move(other));
+  }
+  return list;
+}
+
 std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, const std::vector<Effect>& other) {
   for (std::size_t drop = 0; drop < other.size(); ++drop) {
     if (key(without(other, drop)) == key(wanted)) return {without(other, drop)};
@@ -100,6 +116,9 @@ std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, 
   for (std::size_t e = 0; e < other.size(); ++e) {
     std::vector<Effect> simpler = other;
     if (simplify(simpler[e].form) && key(simpler) == key(wanted)) return {simpler};
+  }
+  for (const std::vector<Effect>& twin : twins(other)) {
+    if (key(twin) == key(wanted)) return {twin};
   }
   std::vector<std::vector<Effect>> starts;
   for (std::size_t e = 0; e < wanted.size(); ++e) {

@@ -79,6 +79,26 @@ TEST_CASE("A law twice, or beside one that contains it, is no set of its own", "
   CHECK_FALSE(redundant({{TorqueStep{0.1, 2.0}, 0, 0}, {TorqueStep{0.1, 2.0}, 0, 1}}));
 }
 
+TEST_CASE("A tilt and an offset of the sensor are twins: the same is measured of a pendulum, and both are said",
+          "[diagnose][fit]") {
+  const EffectForm form = GENERATE(EffectForm(GravityTilt{-0.05}), EffectForm(SensorOffset{0.05}));
+  const std::vector<Effect> set{{StribeckFriction{0.07, 0.12, 0.09}, 0, -1}, {form, 0, -1}};
+  const std::vector<std::vector<Effect>> others = twins(set);
+  REQUIRE(others.size() == 1);
+  CHECK(twins(others[0]) == std::vector<std::vector<Effect>>{set});
+  const std::vector<Measured> data{record(Machine(kPendulum, set), -1.0, 91),
+                                   record(Machine(kPendulum, set), -1.0, 92)};
+  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
+  double said = -kInfinity, twin = -kInfinity;
+  for (const Candidate& candidate : found.candidates) {
+    if (key(candidate.fit.effects) == key(set)) said = candidate.fit.log_evidence;
+    if (key(candidate.fit.effects) == key(others[0])) twin = candidate.fit.log_evidence;
+  }
+  CAPTURE(name_of(form), key(found.best().fit.effects), said, twin);
+  CHECK(std::abs(said - twin) < 1.0);
+  CHECK(std::max(said, twin) == found.best().fit.log_evidence);
+}
+
 TEST_CASE("Starts are handed down from sets that contain one another, and from no others", "[diagnose][fit]") {
   const Effect coulomb{CoulombFriction{0.3}, 0, -1}, spring{LinearSpring{2.0}, 0, -1};
   const Effect stribeck{StribeckFriction{1.0, 2.0, 0.5}, 0, -1};
