@@ -17,8 +17,8 @@ constexpr double kEnough = 1.03;          // noise, RMS: no model can do much be
 constexpr std::size_t kMostWindows = 40;  // of free runs by which models are compared,
 constexpr double kCoarseStep = 4e-3;      // s, of the integration
 constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
-constexpr double kCarried = 3.0;          // times the error: effects that one recording more or less changes so much
 constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error
+constexpr double kCarried = 3.0;          // times the error, of a recording by what the others say: no more
 
 /// Seconds of all windows.
 double duration(const std::vector<Segment>& windows, const std::vector<Measured>& data) {
@@ -100,15 +100,15 @@ bool is_carried(const Fit& fit, const Explanation& explanation, const std::vecto
                 const std::vector<Trajectory>& motion, double horizon) {
   const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
   const std::vector<Fit> without = left_out_fits(problem, fit);
+  const auto squares = [&](const Fit& f, int fold) {
+    double sum = 0.0;
+    for (const double e : errors_in({f.plant, f.effects, {}}, explanation, fold, data, motion, horizon)) sum += e * e;
+    return sum;
+  };
   double with_all = 0.0, left_out = 0.0;
   for (int fold = 0; fold < kFolds; ++fold) {
-    const auto squares = [&](const Fit& f) {
-      double sum = 0.0;
-      for (const double e : errors_in({f.plant, f.effects, {}}, explanation, fold, data, motion, horizon)) sum += e * e;
-      return sum;
-    };
-    with_all += squares(fit);
-    left_out += squares(without[static_cast<std::size_t>(fold)]);
+    with_all += squares(fit, fold);
+    left_out += squares(without[static_cast<std::size_t>(fold)], fold);
   }
   return left_out < kCarried * kCarried * with_all;
 }

@@ -18,12 +18,10 @@ constexpr double kConvergence = 0.5;   // nats that a new start must gain
 std::vector<WindowStart> as_shown(std::vector<WindowStart> starts, const Machine& from, const Machine& to) {
   const Eigen::Index n = from.joints();
   const JointVector none = JointVector::Zero(n), one = JointVector::Ones(n);
-  const JointVector scale =
-      (from.measured(one) - from.measured(none)).cwiseQuotient(to.measured(one) - to.measured(none));
+  const JointVector scale = from.measured(one) - from.measured(none), other = to.measured(one) - to.measured(none);
   for (WindowStart& start : starts) {
-    const JointVector shown = from.measured(start.head(n)) - to.measured(none);
-    start.head(n) = shown.cwiseQuotient(to.measured(one) - to.measured(none));
-    start.segment(n, n) = scale.cwiseProduct(start.segment(n, n)).eval();
+    start.head(n) = (from.measured(start.head(n)) - to.measured(none)).cwiseQuotient(other);
+    start.segment(n, n) = start.segment(n, n).cwiseProduct(scale).cwiseQuotient(other).eval();
   }
   return starts;
 }

@@ -73,20 +73,15 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     lags = window.opens ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
     since = now;
     const auto run = [&](const WindowStart& x, Eigen::MatrixXd* states) {
-      HiddenStates beside{hidden[r].row(first), lags};
-      if (x.size() > 2 * n) {
-        if (window.after_gap) beside.effects = x.segment(2 * n, n);
-        beside.lags = x.tail(n);
-      }
-      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step, beside, states,
-                         memory);
+      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step,
+                         hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);
     };
     WindowStart start = first_start(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
     try {
       start = fit_start([&](const WindowStart& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
                         kRounds, precision_of(start, data[r]));
-      if (start.size() > 2 * n) lags = start.tail(n);
+      lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);
       result.window_rms.push_back(std::sqrt((measured - simulated).squaredNorm() / static_cast<double>(size * n)));

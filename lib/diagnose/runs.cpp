@@ -37,13 +37,8 @@ Runs::Runs(const FitProblem& problem, const Fit& fit)
 Eigen::MatrixXd Runs::operator()(std::size_t w, const WindowStart& start, Eigen::MatrixXd* states) const {
   const Segment& window = problem_.response.windows()[w];
   const std::size_t r = window.recording;
-  HiddenStates hidden = hidden_[w];
-  if (start.size() > 2 * joints_) {
-    if (window.after_gap) hidden.effects = start.segment(2 * joints_, joints_);
-    hidden.lags = start.tail(joints_);
-  }
   return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, drives_[r], window.first, window.last,
-                          problem_.max_step, hidden, states);
+                          problem_.max_step, hidden_states_of(start, window, hidden_[w]), states);
 }
 
 WindowStart Runs::precision(std::size_t w, const WindowStart& start) const {

@@ -7,17 +7,18 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 36;                                   // along each input
-constexpr int kFineBumps = 72;                               // where edges are sharp
-constexpr int kStateBumps = 7;                               // along each side of the grid over position and velocity
-constexpr int kProductBumps = 18;                            // along the first of two causes
-constexpr int kPastBumps = 12;                               // along what is remembered, for each time constant
-constexpr double kTimeStep = 0.1;                            // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;                            // s between bumps in the time of one recording
-constexpr int kRelays = 12;                                  // along the positions
-constexpr double kSlowestSwing = 4.0, kFastestSwing = 40.0;  // rad/s
-constexpr double kRare = 0.05;                               // of the samples, on either side of where fine terms lie
-constexpr double kSlow = 0.01;                               // of the highest speed: dry friction is smooth over it
+constexpr int kBumps = 36;             // along each input
+constexpr int kFineBumps = 72;         // where edges are sharp
+constexpr int kStateBumps = 7;         // along each side of the grid over position and velocity
+constexpr int kProductBumps = 18;      // along the first of two causes
+constexpr int kPastBumps = 12;         // along what is remembered, for each time constant
+constexpr double kTimeStep = 0.1;      // s between bumps in time, the same in all recordings
+constexpr double kSlowStep = 3.0;      // s between bumps in the time of one recording
+constexpr int kRelays = 12;            // along the positions
+constexpr double kSlowestSwing = 4.0;  // rad/s
+constexpr double kFastestSwing = 40.0;
+constexpr double kRare = 0.05;  // of the samples, on either side of where fine terms lie
+constexpr double kSlow = 0.01;  // of the highest speed: dry friction is smooth over it
 
 using Terms = std::vector<Term>;
 

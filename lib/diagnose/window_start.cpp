@@ -24,6 +24,15 @@ WindowStart first_start(const Segment& window, const Trajectory& path, const Mac
   return start;
 }
 
+HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, HiddenStates known) {
+  const Eigen::Index n = known.lags.size();
+  if (start.size() > 2 * n) {
+    if (window.after_gap) known.effects = start.segment(2 * n, n);
+    known.lags = start.tail(n);
+  }
+  return known;
+}
+
 WindowStart precision_of(const WindowStart& start, const Measured& data) {
   WindowStart precision = WindowStart::Zero(start.size());
   const Eigen::Index n = data.input.cols();

@@ -21,6 +21,9 @@ WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& 
 /// A first guess from a known motion. Presliding is not known after a gap, a lag nowhere before the first sample.
 WindowStart first_start(const Segment& window, const Trajectory& path, const Machine& machine);
 
+/// The hidden states of a start, where it has them; else what is known of them.
+HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, HiddenStates known);
+
 /// 1 / variance a priori of a start's components: lags are within the range of the input, all else may be anything.
 WindowStart precision_of(const WindowStart& start, const Measured& data);
 

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
-#include "base/format.hpp"
 #include "diagnose/explain.hpp"
 #include "diagnose/free_runs.hpp"
-#include "io/emit.hpp"
-#include "io/table.hpp"
-#include "spec/model.hpp"
+#include "trial/case_files.hpp"
+#include "trial/side_by_side.hpp"
 
 namespace bayesctrl::trial {
 
@@ -18,7 +15,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kRecordings = 3;
 constexpr int kAttempts = 60;
 constexpr double kStep = 4e-3;                      // s, of the integration by which held-out recordings are judged
 constexpr double kSmallest = 2.0, kLargest = 50.0;  // sizes
@@ -100,27 +96,6 @@ double friction_of(const Plant& plant, int joint) {
   return 0.0;
 }
 
-std::string to_file(const Recorded& recorded) {
-  const int n = static_cast<int>(recorded.position.cols());
-  std::vector<std::vector<double>> columns(static_cast<std::size_t>(1 + 2 * n));
-  for (std::size_t k = 0; k < recorded.time.size(); ++k) {
-    if (k >= recorded.lost_from && k < recorded.lost_to) continue;
-    const auto row = static_cast<Eigen::Index>(k);
-    columns[0].push_back(recorded.time[k]);
-    for (int j = 0; j < n; ++j) {
-      columns[static_cast<std::size_t>(1 + j)].push_back(recorded.position(row, j));
-      columns[static_cast<std::size_t>(1 + n + j)].push_back(recorded.input(row, j));
-    }
-  }
-  Table table;
-  table.columns.push_back({"t", "", columns[0]});
-  for (int j = 0; j < n; ++j)
-    table.columns.push_back({numbered("q", j, n), "", columns[static_cast<std::size_t>(1 + j)]});
-  for (int j = 0; j < n; ++j)
-    table.columns.push_back({numbered("u", j, n), "", columns[static_cast<std::size_t>(1 + n + j)]});
-  return to_csv(table, 12);
-}
-
 /// What is the same for all recordings of a case.
 struct Scene {
   Plant nominal;
@@ -188,37 +163,6 @@ Scene draw_scene(const TrialSpec& spec, const Plant& nominal, RandomStream& rand
   return scene;
 }
 
-ordered_json spec_json(const std::string& name, const Plant& nominal, const std::vector<std::string>& free) {
-  const int n = joints(nominal);
-  ordered_json q = ordered_json::array(), u = ordered_json::array(), train = ordered_json::array();
-  for (int j = 0; j < n; ++j) {
-    q.push_back(numbered("q", j, n));
-    u.push_back(numbered("u", j, n));
-  }
-  for (int r = 1; r <= kRecordings; ++r) train.push_back("train" + std::to_string(r) + ".csv");
-  ordered_json model = json_value(Model{nominal});
-  if (!free.empty()) model["free"] = free;
-  return {{"name", name},
-          {"model", model},
-          {"signals", {{"time", "t"}, {"position", q}, {"input", u}}},
-          {"recordings", train},
-          {"held_out", {"test1.csv"}}};
-}
-
-ordered_json effect_truth(const Effect& effect, double size) {
-  ordered_json parameters = ordered_json::object();
-  std::visit(
-      [&]<class E>(const E& form) {
-        E::fields(form,
-                  [&](std::string_view name, double value, const Info&) { parameters[std::string(name)] = value; });
-      },
-      effect.form);
-  ordered_json object{
-      {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", parameters}};
-  if (effect.recording >= 0) object["recording"] = "train" + std::to_string(effect.recording + 1) + ".csv";
-  return object;
-}
-
 std::vector<Measured> to_measured(const std::vector<Recorded>& recorded) {
   std::vector<Measured> data;
   for (const Recorded& from : recorded) data.push_back({"", from.time, from.position, from.input, 0.0, false});
@@ -232,51 +176,6 @@ double error_beyond_noise(const Plant& nominal, const Measured& unseen, double n
   const FreeRuns runs =
       free_runs({nominal, {}, {}}, {unseen}, smooth_all(nominal, {unseen}, deviation), 1.0, true, kStep);
   return std::sqrt(std::max(0.0, std::pow(runs.rms / noise, 2) - 1.0));
-}
-
-/// The side-by-side case of docs/diagnosis.md: q'' = -9.81 sin q - 0.3 q' + 4 u + hidden.
-Case pysindy_case(const TrialSpec& spec, const Order& order) {
-  constexpr std::array<double, 5> kNoise{0.0, 1e-3, 3e-3, 1e-2, 3e-2};
-  RandomStream random = random_stream(spec.seed, order.name);
-  const Plant plant = Custom({{{"g", 9.81}, {"c", 0.3}, {"k", 4.0}}}, {"-g*sin(q) - c*v + k*u"}, {});
-  std::vector<Effect> effects;
-  const std::size_t hidden = static_cast<std::size_t>(order.variant) % 4,
-                    level = static_cast<std::size_t>(order.variant) / 4 % 5;
-  if (hidden == 1) effects.push_back({CoulombFriction{0.5}, 0, -1});
-  if (hidden == 2) effects.push_back({CoulombFriction{0.08}, 0, -1});
-  if (hidden == 3) effects.push_back({QuadraticDrag{0.15}, 0, -1});
-  Case result{order.name, "pysindy", spec_json(order.name, plant, {}), {}, {}};
-  result.spec["recordings"] = {"train1.csv"};
-  const Machine machine(plant, effects);
-  for (const char* file : {"train1.csv", "test1.csv"}) {
-    std::array<double, 6> frequency{}, amplitude{}, phase{};
-    for (std::size_t i = 0; i < 6; ++i) {
-      frequency[i] = draw_uniform(random, 0.1, 2.0);
-      amplitude[i] = draw_uniform(random, 0.4, 1.0);
-      phase[i] = draw_uniform(random, 0.0, 2.0 * std::numbers::pi);
-    }
-    constexpr int kSamples = 2000;
-    Recorded recorded{{}, {}, Eigen::MatrixXd(kSamples, 1), {}, {}};
-    for (int k = 0; k < kSamples; ++k) {
-      recorded.time.push_back(0.01 * k);
-      double u = 0.0;
-      for (std::size_t i = 0; i < 6; ++i)
-        u += amplitude[i] * std::sin(2.0 * std::numbers::pi * frequency[i] * 0.01 * k + phase[i]);
-      recorded.input(k, 0) = u;
-    }
-    StateVector start(2);
-    start << 0.5, 0.0;
-    recorded.position =
-        machine.run(start, recorded.time, machine.drives(recorded.time, recorded.input), 0, kSamples - 1, 1e-3);
-    const double deviation = std::sqrt((recorded.position.array() - recorded.position.mean()).square().mean());
-    for (double& q : recorded.position.reshaped()) q += kNoise[level] * deviation * draw_normal(random);
-    result.files.emplace_back(file, to_file(recorded));
-  }
-  ordered_json list = ordered_json::array();
-  for (const Effect& effect : effects) list.push_back(effect_truth(effect, 0.0));
-  result.truth = {
-      {"family", "pysindy"}, {"effects", list}, {"noise", kNoise[level]}, {"hidden", hidden}, {"plant", "custom"}};
-  return result;
 }
 
 }  // namespace

@@ -1,0 +1,64 @@
+#include "trial/case_files.hpp"
+
+#include "base/format.hpp"
+#include "io/emit.hpp"
+#include "io/table.hpp"
+#include "spec/model.hpp"
+
+namespace bayesctrl::trial {
+
+using nlohmann::ordered_json;
+
+std::string to_file(const Recorded& recorded) {
+  const int n = static_cast<int>(recorded.position.cols());
+  std::vector<std::vector<double>> columns(static_cast<std::size_t>(1 + 2 * n));
+  for (std::size_t k = 0; k < recorded.time.size(); ++k) {
+    if (k >= recorded.lost_from && k < recorded.lost_to) continue;
+    const auto row = static_cast<Eigen::Index>(k);
+    columns[0].push_back(recorded.time[k]);
+    for (int j = 0; j < n; ++j) {
+      columns[static_cast<std::size_t>(1 + j)].push_back(recorded.position(row, j));
+      columns[static_cast<std::size_t>(1 + n + j)].push_back(recorded.input(row, j));
+    }
+  }
+  Table table;
+  table.columns.push_back({"t", "", columns[0]});
+  for (int j = 0; j < n; ++j)
+    table.columns.push_back({numbered("q", j, n), "", columns[static_cast<std::size_t>(1 + j)]});
+  for (int j = 0; j < n; ++j)
+    table.columns.push_back({numbered("u", j, n), "", columns[static_cast<std::size_t>(1 + n + j)]});
+  return to_csv(table, 12);
+}
+
+ordered_json spec_json(const std::string& name, const Plant& nominal, const std::vector<std::string>& free) {
+  const int n = joints(nominal);
+  ordered_json q = ordered_json::array(), u = ordered_json::array(), train = ordered_json::array();
+  for (int j = 0; j < n; ++j) {
+    q.push_back(numbered("q", j, n));
+    u.push_back(numbered("u", j, n));
+  }
+  for (int r = 1; r <= kRecordings; ++r) train.push_back("train" + std::to_string(r) + ".csv");
+  ordered_json model = json_value(Model{nominal});
+  if (!free.empty()) model["free"] = free;
+  return {{"name", name},
+          {"model", model},
+          {"signals", {{"time", "t"}, {"position", q}, {"input", u}}},
+          {"recordings", train},
+          {"held_out", {"test1.csv"}}};
+}
+
+ordered_json effect_truth(const Effect& effect, double size) {
+  ordered_json parameters = ordered_json::object();
+  std::visit(
+      [&]<class E>(const E& form) {
+        E::fields(form,
+                  [&](std::string_view name, double value, const Info&) { parameters[std::string(name)] = value; });
+      },
+      effect.form);
+  ordered_json object{
+      {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", parameters}};
+  if (effect.recording >= 0) object["recording"] = "train" + std::to_string(effect.recording + 1) + ".csv";
+  return object;
+}
+
+}  // namespace bayesctrl::trial
