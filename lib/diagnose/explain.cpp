@@ -25,6 +25,8 @@ constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
 constexpr int kAdditions = 3;          // to each of them
 constexpr int kAdjustments = 6;        // linear steps of free parameters
 constexpr int kRounds = 3;             // of linearisation
+constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
+constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
 
 std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
                                          const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
@@ -126,25 +128,33 @@ void climb(Fits& fits, const Screen& screen, double hopeless, const Dictionary& 
   }
 }
 
-/// Simple laws: small sets with one number more, and all sets with simpler laws in them.
-void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictionary) {
-  std::vector<std::vector<Effect>> small;
-  for (const Fit* f : fits.ranked()) {
-    if (f->unknowns.size() <= 3 && f->effects.size() <= 2 && !f->effects.empty()) small.push_back(f->effects);
+/// Whether a finding holds a set and, with one coefficient, one effect more.
+bool adds_one_number(const Finding& finding, const std::vector<Effect>& set, const Dictionary& dictionary) {
+  if (finding.suspects.size() != set.size() + 1) return false;
+  for (std::size_t i = 0; i < finding.suspects.size(); ++i) {
+    const Suspect& suspect = dictionary.suspects[static_cast<std::size_t>(finding.suspects[i])];
+    const bool known = std::any_of(set.begin(), set.end(), [&](const Effect& effect) {
+      return effect.form.index() == suspect.kind && effect.joint == suspect.joint;
+    });
+    if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].columns.size() == 1;
   }
+  return false;
+}
+
+/// Simple laws: sets that are good for their size with one number more, and all sets with simpler laws in them.
+void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result) {
+  std::vector<std::pair<double, Fit>> small;
+  for (const Fit* f : fits.ranked()) {
+    if (f->effects.size() <= 2 && !f->effects.empty()) small.emplace_back(cost(result.excess(*f), *f), *f);
+  }
+  std::sort(small.begin(), small.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   small.resize(std::min<std::size_t>(small.size(), kSmallSets));
-  for (const std::vector<Effect>& effects : small) {
+  for (const auto& [worth, fit] : small) {
     int more = 0;
-    for (const Finding& finding : screen.neighbours(effects)) {
+    for (const Finding& finding : screen.neighbours(fit.effects)) {
       if (more >= kAdditions) break;
-      if (finding.suspects.size() != effects.size() + 1 ||
-          static_cast<std::size_t>(finding.coefficients.size()) != finding.suspects.size()) {
-        continue;
-      }
-      std::vector<Effect> larger = finding.effects(dictionary);
-      if (fits.tried(larger)) continue;
-      fits.add(std::move(larger));
-      ++more;
+      if (!adds_one_number(finding, fit.effects, dictionary)) continue;
+      more += fits.extend(fit, finding.effects(dictionary)) ? 1 : 0;
     }
   }
   fits.add_simpler();
@@ -198,6 +208,11 @@ const Candidate& Explanation::without_effects() const {
   return *std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.fit.effects.empty(); });
 }
 
+double cost(double error, const Fit& fit) {
+  return std::log(std::max(error, 1e-300)) + kPerEffect * static_cast<double>(fit.effects.size()) +
+         kPerNumber * static_cast<double>(fit.unknowns.size());
+}
+
 double Explanation::p_value(const Fit& fit) const {
   const double used = static_cast<double>(fit.unknowns.size());
   const double degrees = std::max(1.0, rows - used);
@@ -239,7 +254,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     if (settled || result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) {
       if (left <= kFarOff) break;
       // Where even the best leaves much, simple laws with a remainder are wanted as well.
-      fit_small_sets(fits, screen, about->dictionary);
+      fit_small_sets(fits, screen, about->dictionary, result);
       fits.refine();
       rank(result, fits);
       break;

@@ -48,6 +48,10 @@ struct Explanation {
   double excess(const Fit& fit) const;
 };
 
+/// The logarithm of an error that a model leaves, and what its size makes of it: an effect more has to gain a tenth, a
+/// number more a fifth.
+double cost(double error, const Fit& fit);
+
 struct ExplainOptions {
   std::vector<std::size_t> allowed;  // indices of EffectForm
   std::vector<std::string> free;     // nominal parameters

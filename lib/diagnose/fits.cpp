@@ -53,6 +53,18 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   return find(name);
 }
 
+bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
+  effects = start_from(known.effects, std::move(effects));
+  if (!tried(effects)) {
+    add(std::move(effects));
+    return true;
+  }
+  const Fit* found = find(key(effects));
+  if (found == nullptr || found->squares <= known.squares) return false;
+  improve(effects, known.starts);
+  return true;
+}
+
 void Fits::add_subsets() {
   for (bool grew = true; grew;) {
     grew = false;

@@ -20,6 +20,10 @@ class Fits {
   /// Fits a set, once. Null where it cannot be simulated or is no set of its own.
   const Fit* add(std::vector<Effect> effects);
 
+  /// Fits a set that holds all of `known` and more, beginning with the parameters that are known. What was tried before
+  /// is tried again if it stopped short of its own subset. Whether there was anything to do.
+  bool extend(const Fit& known, std::vector<Effect> effects);
+
   bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
 
   /// All subsets of the best candidates, and those in which a law gives way to a simpler one.

@@ -14,17 +14,9 @@ namespace {
 
 constexpr double kInseparable = 3.0;   // nats
 constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
-constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
-constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
 constexpr std::size_t kTried = 15;     // candidates that are compared by free runs
 constexpr std::size_t kManyMore = 2;   // numbers
 constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
-
-/// The logarithm of an error, and what its size makes of it.
-double cost(double error, const Fit& fit) {
-  return std::log(std::max(error, 1e-300)) + kPerEffect * static_cast<double>(fit.effects.size()) +
-         kPerNumber * static_cast<double>(fit.unknowns.size());
-}
 
 /// The candidate with effects whose free runs are best for its size, of those whose own windows are.
 std::size_t most_worthwhile(const Explanation& explanation, const std::function<double(const Fit&)>& beyond_noise) {

@@ -63,16 +63,40 @@ class Machine {
   struct State;
   struct Moment;
 
-  double fine_step(const State& state, const Moment& moment, bool goes_on) const;
-  JointVector motor_torque(const JointVector& q, const JointVector& v, const JointVector& input, double t) const;
-  JointSlots load_at(const JointVector& q) const;
-  double holding(const State& state, const Moment& moment, int joint) const;
-  JointVector input_at(const Moment& moment, double t) const;
-  JointSlots acceleration(const State& state, const Moment& moment, double t, JointSlots* holding_torque) const;
-  State step(const State& state, const Moment& moment, double h) const;
-  void settle(State& state, Moment& moment) const;
-  void advance(State& state, Moment& moment, double end, double max_step) const;
-  void advance_to(State& state, Moment& moment, double goal, double max_step) const;
+  // With the number of joints a constant, so that all is arithmetic on arrays: machine_forces.hpp.
+  template <int kJoints>
+  struct StateOf;
+  template <int kJoints>
+  struct Mechanics;
+  template <int kJoints>
+  struct Load;
+
+  template <int kJoints>
+  Mechanics<kJoints> nominal(const Joints<kJoints>& q, const Joints<kJoints>& v, const Joints<kJoints>& input,
+                             double t) const;
+  template <int kJoints>
+  Joints<kJoints> gravity(const Joints<kJoints>& q) const;
+  template <int kJoints>
+  Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
+                     const Mechanics<kJoints>& driven) const;
+  template <int kJoints>
+  Joints<kJoints> input_at(const Moment& moment, double t) const;
+  template <int kJoints>
+  Joints<kJoints> acceleration(const StateOf<kJoints>& state, const Moment& moment, double t,
+                               Joints<kJoints>* holding_torque) const;
+  template <int kJoints>
+  double holding(const StateOf<kJoints>& state, const Moment& moment, int joint) const;
+  template <int kJoints>
+  double fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const;
+  template <int kJoints>
+  StateOf<kJoints> step(const StateOf<kJoints>& state, const Moment& moment, double h) const;
+  template <int kJoints>
+  void settle(StateOf<kJoints>& state, Moment& moment) const;
+  template <int kJoints>
+  void advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const;
+  template <int kJoints>
+  void advance_to(StateOf<kJoints>& state, Moment& moment, double goal, double max_step) const;
+
   void advance_and_remember(State& state, Moment& moment, double goal, double max_step) const;
 
   Plant plant_;
@@ -81,10 +105,10 @@ class Machine {
   RemainderSum remainder_sum_;
   int joints_ = 1;
   std::array<bool, kMaxJoints> dry_{};  // joints with dry friction
-  JointVector added_inertia_;           // per joint
-  JointVector tilt_;                    // per joint, rad
-  JointVector lag_;                     // per joint, s
-  bool needs_external_torque_ = false;
+  JointSlots added_inertia_;            // per joint
+  JointSlots tilt_;                     // per joint, rad
+  JointSlots lag_;                      // per joint, s
+  bool bears_load_ = false;             // friction depends on the load of the joints
   bool has_hidden_states_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing
 };

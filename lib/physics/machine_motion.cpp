@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/format.hpp"
-#include "physics/machine_state.hpp"
+#include "physics/machine_forces.hpp"
 
 namespace bayesctrl {
 
@@ -23,15 +23,17 @@ int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
 /// Longest step that resolves hidden states, and lags after a switch of the input. Hidden states that have settled need
 /// none while the joint goes on in the same direction.
-double Machine::fine_step(const State& state, const Moment& moment, bool goes_on) const {
+template <int kJoints>
+double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const {
   double limit = kInfinity;
-  for (int j = 0; j < joints_; ++j) {
+  for (int j = 0; j < kJoints; ++j) {
     const auto slot = static_cast<std::size_t>(j);
     const Drive& drive = (*moment.drives)[slot];
     double since = moment.t - drive.switches()[moment.segment[slot]];
     if (moment.departure[j] != 0.0) since = std::min(since, moment.t - moment.begin);
     if (drive.lag() > 0.0 && since < 8.0 * drive.lag()) limit = std::min(limit, 0.5 * drive.lag());
   }
+  if (!has_hidden_states_) return std::max(limit, kShortestStep);
   for (const Effect& effect : effects_) {
     std::visit(
         [&]<class E>(const E& form) {
@@ -47,10 +49,12 @@ double Machine::fine_step(const State& state, const Moment& moment, bool goes_on
 }
 
 /// One Runge-Kutta step of length h in the present regime.
-Machine::State Machine::step(const State& state, const Moment& moment, double h) const {
+template <int kJoints>
+Machine::StateOf<kJoints> Machine::step(const StateOf<kJoints>& state, const Moment& moment, double h) const {
   // Hidden states follow z' = rate(v, z), linear in z, exactly for a velocity that is constant within the step.
-  const auto settled = [&](const JointSlots& v, double by) {
-    JointSlots z = state.z;
+  const auto settled = [&](const Joints<kJoints>& v, double by) {
+    Joints<kJoints> z = state.z;
+    if (!has_hidden_states_) return z;
     for (const Effect& effect : effects_) {
       std::visit(
           [&]<class E>(const E& form) {
@@ -64,24 +68,25 @@ Machine::State Machine::step(const State& state, const Moment& moment, double h)
     }
     return z;
   };
-  const auto moved = [&](const JointSlots& dq, const JointSlots& dv, const JointSlots& z, double by) {
-    return State{state.q + by * dq, state.v + by * dv, z};
+  const auto moved = [&](const Joints<kJoints>& dq, const Joints<kJoints>& dv, const Joints<kJoints>& z, double by) {
+    return StateOf<kJoints>{state.q + by * dq, state.v + by * dv, z};
   };
   const double t = moment.t;
-  const JointSlots a1 = acceleration(state, moment, t, nullptr);
-  const State s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
-  const JointSlots a2 = acceleration(s2, moment, t + 0.5 * h, nullptr);
-  const State s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
-  const JointSlots a3 = acceleration(s3, moment, t + 0.5 * h, nullptr);
-  const State s4 = moved(s3.v, a3, settled(s3.v, h), h);
-  const JointSlots a4 = acceleration(s4, moment, t + h, nullptr);
-  const JointSlots mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
+  const Joints<kJoints> a1 = acceleration<kJoints>(state, moment, t, nullptr);
+  const StateOf<kJoints> s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
+  const Joints<kJoints> a2 = acceleration<kJoints>(s2, moment, t + 0.5 * h, nullptr);
+  const StateOf<kJoints> s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
+  const Joints<kJoints> a3 = acceleration<kJoints>(s3, moment, t + 0.5 * h, nullptr);
+  const StateOf<kJoints> s4 = moved(s3.v, a3, settled(s3.v, h), h);
+  const Joints<kJoints> a4 = acceleration<kJoints>(s4, moment, t + h, nullptr);
+  const Joints<kJoints> mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
   return moved(mean, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, settled(mean, h), h);
 }
 
 /// Decides for each joint that stands still whether friction holds it, else in which direction it breaks away.
-void Machine::settle(State& state, Moment& moment) const {
-  for (int j = 0; j < joints_; ++j) {
+template <int kJoints>
+void Machine::settle(StateOf<kJoints>& state, Moment& moment) const {
+  for (int j = 0; j < kJoints; ++j) {
     const auto slot = static_cast<std::size_t>(j);
     if (!dry_[slot]) continue;
     if (std::abs(state.v[j]) <= kStopped) state.v[j] = 0.0;
@@ -91,15 +96,15 @@ void Machine::settle(State& state, Moment& moment) const {
     const auto slot = static_cast<std::size_t>(j);
     return dry_[slot] && moment.direction[slot] == 0;
   };
-  for (int round = 0; round < joints_; ++round) {
+  for (int round = 0; round < kJoints; ++round) {
     bool any = false;
-    for (int j = 0; j < joints_; ++j) any |= standing(j);
+    for (int j = 0; j < kJoints; ++j) any |= standing(j);
     if (!any) return;
-    JointSlots held;
-    acceleration(state, moment, moment.t, &held);
+    Joints<kJoints> held;
+    acceleration<kJoints>(state, moment, moment.t, &held);
     int worst = -1;
     double excess = 0.0;
-    for (int j = 0; j < joints_; ++j) {
+    for (int j = 0; j < kJoints; ++j) {
       if (!standing(j)) continue;
       const double beyond = std::abs(held[j]) - holding(state, moment, j);
       if (beyond > excess) {
@@ -113,21 +118,22 @@ void Machine::settle(State& state, Moment& moment) const {
 }
 
 /// From moment.t to `end`, within which no drive switches.
-void Machine::advance(State& state, Moment& moment, double end, double max_step) const {
+template <int kJoints>
+void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const {
   int stops = 0;
   settle(state, moment);
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
     const double left = end - moment.t;
     double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, true)));
-    State next = step(state, moment, h);
-    if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).head(joints_).any()) {
+    StateOf<kJoints> next = step(state, moment, h);
+    if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).any()) {
       h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, false)));
       next = step(state, moment, h);
     }
 
     int stopping = -1;
     double fraction = 1.0;
-    for (int j = 0; j < joints_; ++j) {
+    for (int j = 0; j < kJoints; ++j) {
       const auto slot = static_cast<std::size_t>(j);
       if (!dry_[slot] || moment.direction[slot] == 0 || next.v[j] * moment.direction[slot] >= 0.0) continue;
       const double guess = state.v[j] == next.v[j] ? 0.0 : state.v[j] / (state.v[j] - next.v[j]);
@@ -146,7 +152,7 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
     const int direction = moment.direction[static_cast<std::size_t>(stopping)];
     double low = 0.0, high = h, at_low = state.v[stopping] * direction, at_high = next.v[stopping] * direction;
     double instant = fraction * h;
-    State stopped = state;
+    StateOf<kJoints> stopped = state;
     for (int i = 0; i < kStopIterations && high - low > 1e-14 * h; ++i) {
       instant = at_low > at_high ? std::clamp(low + (high - low) * at_low / (at_low - at_high), low, high) : low;
       stopped = step(state, moment, instant);
@@ -167,7 +173,7 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
     moment.t += instant;
     settle(state, moment);
     if (++stops > kMostStops) {  // joints that set one another free without end
-      for (int j = 0; j < joints_; ++j) {
+      for (int j = 0; j < kJoints; ++j) {
         if (state.v[j] == 0.0) moment.direction[static_cast<std::size_t>(j)] = 0;
       }
     }
@@ -176,9 +182,10 @@ void Machine::advance(State& state, Moment& moment, double end, double max_step)
 }
 
 /// From moment.t to `goal`, across switches of the drives and timed effects.
-void Machine::advance_to(State& state, Moment& moment, double goal, double max_step) const {
+template <int kJoints>
+void Machine::advance_to(StateOf<kJoints>& state, Moment& moment, double goal, double max_step) const {
   const auto catch_up = [&] {
-    for (int j = 0; j < joints_; ++j) {
+    for (int j = 0; j < kJoints; ++j) {
       const auto slot = static_cast<std::size_t>(j);
       const std::vector<double>& switches = (*moment.drives)[slot].switches();
       while (moment.segment[slot] + 1 < switches.size() && switches[moment.segment[slot] + 1] <= moment.t) {
@@ -189,7 +196,7 @@ void Machine::advance_to(State& state, Moment& moment, double goal, double max_s
   catch_up();
   while (moment.t < goal) {
     double end = goal;
-    for (int j = 0; j < joints_; ++j) {
+    for (int j = 0; j < kJoints; ++j) {
       const auto slot = static_cast<std::size_t>(j);
       const std::vector<double>& switches = (*moment.drives)[slot].switches();
       if (moment.segment[slot] + 1 < switches.size()) end = std::min(end, switches[moment.segment[slot] + 1]);
@@ -203,16 +210,35 @@ void Machine::advance_to(State& state, Moment& moment, double goal, double max_s
 
 /// The same; the remainder then remembers what has happened in between.
 void Machine::advance_and_remember(State& state, Moment& moment, double goal, double max_step) const {
-  if (remainder_.empty()) return advance_to(state, moment, goal, max_step);
-  const JointVector input = input_at(moment, moment.t);
-  if (moment.memory.empty()) {
-    moment.memory = remainder_.begin(state.q.head(joints_), state.v.head(joints_), input);
+  const auto with = [&]<int kJoints>(std::integral_constant<int, kJoints>) {
+    StateOf<kJoints> now{state.q.head<kJoints>(), state.v.head<kJoints>(), state.z.head<kJoints>()};
+    const StateOf<kJoints> before = now;
+    const double since = moment.t;
+    Joints<kJoints> input;
+    if (!remainder_.empty()) {
+      input = input_at<kJoints>(moment, moment.t);
+      if (moment.memory.empty()) moment.memory = remainder_.begin(now.q, now.v, input);
+    }
+    advance_to(now, moment, goal, max_step);
+    if (!remainder_.empty()) {
+      const Joints<kJoints> q = 0.5 * (before.q + now.q), v = 0.5 * (before.v + now.v);
+      remainder_sum_.advance(moment.memory, q, v, input, goal - since);
+    }
+    state.q.head<kJoints>() = now.q;
+    state.v.head<kJoints>() = now.v;
+    state.z.head<kJoints>() = now.z;
+  };
+  static_assert(kMaxJoints == 4);
+  switch (joints_) {
+    case 1:
+      return with(std::integral_constant<int, 1>{});
+    case 2:
+      return with(std::integral_constant<int, 2>{});
+    case 3:
+      return with(std::integral_constant<int, 3>{});
+    default:
+      return with(std::integral_constant<int, 4>{});
   }
-  const double since = moment.t;
-  const State before = state;
-  advance_to(state, moment, goal, max_step);
-  const JointSlots q = 0.5 * (before.q + state.q), v = 0.5 * (before.v + state.v);
-  remainder_sum_.advance(moment.memory, q.head(joints_), v.head(joints_), input, goal - since);
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,

@@ -8,6 +8,10 @@ namespace bayesctrl {
 struct Machine::State {
   JointSlots q, v, z;
 };
+template <int kJoints>
+struct Machine::StateOf {
+  Joints<kJoints> q, v, z;
+};
 
 /// Where in time and in which regime the machine is: direction of sliding (0: stuck) of each joint with dry friction,
 /// the segment of each drive, and how far the lags' outputs are from what the drives say.
