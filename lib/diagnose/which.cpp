@@ -1,8 +1,10 @@
 #include "diagnose/which.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "base/error.hpp"
 #include "diagnose/free_runs.hpp"
@@ -38,16 +40,28 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 /// What has many more can be no alternative.
 void rank_beside_force(Explanation& explanation, const FitProblem& measured, const Eigen::VectorXd& intensity,
                        std::size_t numbers) {
+  std::map<std::string, Eigen::VectorXd> left;
   for (Candidate& candidate : explanation.candidates) {
-    candidate.fit.log_evidence = candidate.fit.unknowns.size() <= numbers + kManyMore
-                                     ? beside_random_force(measured, intensity, candidate.fit).log_evidence
-                                     : -kInfinity;
+    candidate.fit.log_evidence = -kInfinity;
+    if (candidate.fit.unknowns.size() > numbers + kManyMore) continue;
+    const Fit settled = beside_random_force(measured, intensity, candidate.fit);
+    candidate.fit.log_evidence = settled.log_evidence;
+    left[key(candidate.fit.effects)] = 0.5 * settled.residual.cwiseAbs2();
   }
   const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
-  std::sort(explanation.candidates.begin(), explanation.candidates.end(), [&](const Candidate& a, const Candidate& b) {
+  const auto more_probable = [&](const Candidate& a, const Candidate& b) {
     return std::pair(as_simple(a), a.fit.log_evidence) > std::pair(as_simple(b), b.fit.log_evidence);
-  });
+  };
+  std::vector<Candidate>& candidates = explanation.candidates;
+  std::iter_swap(candidates.begin(), std::min_element(candidates.begin(), candidates.end(), more_probable));
   const double highest = explanation.best().fit.log_evidence;
+  for (std::size_t i = 1; i < candidates.size(); ++i) {
+    double& evidence = candidates[i].fit.log_evidence;
+    const auto its = left.find(key(candidates[i].fit.effects));
+    if (its == left.end() || evidence == -kInfinity || evidence > highest) continue;
+    evidence = highest - believable(highest - evidence, its->second - left.at(key(explanation.best().fit.effects)));
+  }
+  std::sort(candidates.begin() + 1, candidates.end(), more_probable);
   double sum = 0.0;
   for (Candidate& candidate : explanation.candidates) {
     candidate.probability = as_simple(candidate) ? std::exp(candidate.fit.log_evidence - highest) : 0.0;
@@ -57,6 +71,17 @@ void rank_beside_force(Explanation& explanation, const FitProblem& measured, con
 }
 
 }  // namespace
+
+double believable(double nats, const Eigen::VectorXd& more) {
+  const auto count = static_cast<double>(more.size());
+  if (more.size() < 2) return nats;
+  const double scatter = std::sqrt((more.array() - more.mean()).square().sum() * count / (count - 1.0));
+  if (!(scatter > 0.0)) return nats;
+  const boost::math::students_t distribution(count - 1.0);
+  const double t = nats / scatter;
+  const double wrong = boost::math::cdf(boost::math::complement(distribution, t));
+  return wrong > 0.0 ? std::min(nats, std::log((1.0 - wrong) / wrong)) : nats;
+}
 
 std::vector<std::string> labels(const std::vector<Effect>& effects, int joints) {
   std::vector<std::string> list;

@@ -14,6 +14,11 @@ struct Alike {
 };
 Alike find_alike(const Explanation& explanation, int joints);
 
+/// Nats by which one model is better than another where neither is right: `nats`, but no more than the odds that its
+/// advantage is more than the scatter of its parts (Vuong 1989, with Student's distribution). `more`: half the square
+/// that the other model leaves in each row less that of this one.
+double believable(double nats, const Eigen::VectorXd& more);
+
 /// The effect without which the explanation loses most.
 std::size_t strongest(const Explanation& explanation);
 

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "diagnose/explain.hpp"
+#include "diagnose/which.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -95,4 +96,30 @@ TEST_CASE("A step stops at bounds and serves the other unknowns", "[diagnose][ra
         CHECK(std::abs(gradient[i]) < 1e-9 * (1.0 + slope.norm()));
     }
   }
+}
+
+TEST_CASE("Of two models that are equally wrong one seems better by three nats no more often than it may",
+          "[diagnose][random_force]") {
+  constexpr int kDraws = 20000, kRows = 7;
+  RandomStream random(5);
+  int misled = 0, misled_by_likelihood = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Eigen::VectorXd more(kRows);
+    for (double& nats : more) nats = 20.0 * draw_normal(random);
+    misled += believable(more.sum(), more) > 3.0;
+    misled_by_likelihood += more.sum() > 3.0;
+  }
+  CHECK(misled / double(kDraws) == Approx(1.0 / (1.0 + std::exp(3.0))).epsilon(0.1));
+  CHECK(misled_by_likelihood > 9 * kDraws / 20);
+}
+
+TEST_CASE("An advantage in every row is believed, one in a single row is not", "[diagnose][random_force]") {
+  Eigen::VectorXd more = Eigen::VectorXd::Constant(10, 2.0);
+  CHECK(believable(more.sum(), more) == 20.0);
+  more[3] += 1e-3;
+  CHECK(believable(more.sum(), more) == Approx(20.001));
+  more.setZero();
+  more[3] = 20.0;
+  CHECK(believable(more.sum(), more) < 2.0);
+  CHECK(believable(7.0, more.head(1)) == 7.0);  // one row: nothing is known of scatter
 }
