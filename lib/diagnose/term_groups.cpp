@@ -14,6 +14,7 @@ constexpr int kProductBumps = 18;      // along the first of two causes
 constexpr int kPastBumps = 12;         // along what is remembered, for each time constant
 constexpr double kTimeStep = 0.1;      // s between bumps in time, the same in all recordings
 constexpr double kSlowStep = 3.0;      // s between bumps in the time of one recording
+constexpr double kChangeStep = 0.25;   // s between bumps in time of what changes a gain or a drag
 constexpr int kRelays = 12;            // along the positions
 constexpr double kSlowestSwing = 4.0;  // rad/s
 constexpr double kFastestSwing = 40.0;
@@ -71,6 +72,12 @@ Terms time_terms(const Survey& s, int joint) {
                        std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1), static_cast<int>(r)));
   }
   return list;
+}
+
+/// A gain or a drag that changes in time, alike in all recordings.
+Terms changing_terms(TermKind kind, const Survey& s, int joint) {
+  const double longest = *std::max_element(s.durations.begin(), s.durations.end());
+  return bumps(kind, joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
 }
 
 Terms history_terms(const Survey& s, int joint) {
@@ -164,9 +171,11 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
     add(Cause::input, true, bumps(TermKind::position_gain, joint, s.lowest, s.highest, kProductBumps));
     add(Cause::input, true, bumps(TermKind::velocity_gain, joint, -s.speed, s.speed, kProductBumps));
     add(Cause::input, true, bumps(TermKind::bump_input, joint, -s.input, s.input, kFineBumps));
+    add(Cause::time, true, changing_terms(TermKind::time_gain, s, joint));
     add(Cause::history, true, past_terms(TermKind::past_input, joint, s.input));
     add(Cause::history, true, late_terms(TermKind::late_push, joint, s.input));
   }
+  add(Cause::time, true, changing_terms(TermKind::time_drag, s, joint));
   add(Cause::history, true, past_terms(TermKind::past_velocity, joint, s.speed));
   add(Cause::history, true, late_terms(TermKind::late_drag, joint, s.speed));
   add(Cause::history, true, relay_terms(s, joint));

@@ -36,6 +36,8 @@ Cause cause(TermKind kind) {
     case TermKind::sign_input:
       return Cause::input;
     case TermKind::bump_time:
+    case TermKind::time_gain:
+    case TermKind::time_drag:
       return Cause::time;
     default:
       return Cause::history;
@@ -57,6 +59,7 @@ Looks looks_at(TermKind kind) {
     case TermKind::warm_viscous:
     case TermKind::warm_dry:
     case TermKind::reversal:
+    case TermKind::time_drag:
       return {.velocity = true};
     case TermKind::bump_input:
     case TermKind::sign_input:
@@ -64,6 +67,7 @@ Looks looks_at(TermKind kind) {
     case TermKind::past_input:
     case TermKind::late_push:
     case TermKind::warm_motor:
+    case TermKind::time_gain:
       return {.input = true};
     case TermKind::bump_time:
     case TermKind::swing:
@@ -112,6 +116,10 @@ double Term::value(double q, double v, double u, double t, Held held) const {
       return bump(q, a, b) * u;
     case TermKind::velocity_gain:
       return bump(v, a, b) * u;
+    case TermKind::time_gain:
+      return bump(t, a, b) * u;
+    case TermKind::time_drag:
+      return bump(t, a, b) * v;
     case TermKind::late_input:
       return m - u;
     case TermKind::late_velocity:

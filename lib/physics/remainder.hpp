@@ -27,6 +27,8 @@ enum class TermKind {
   position_dry,   // exp(-(q - a)^2 / 2 b^2) tanh(v / c)
   position_gain,  // exp(-(q - a)^2 / 2 b^2) u
   velocity_gain,  // exp(-(v - a)^2 / 2 b^2) u
+  time_gain,      // exp(-(t - a)^2 / 2 b^2) u
+  time_drag,      // exp(-(t - a)^2 / 2 b^2) v
   late_input,     // m - u, m' = (u - m) / a
   late_velocity,  // m - v, m' = (v - m) / a
   late_position,  // m - q, m' = (q - m) / a
@@ -43,12 +45,12 @@ enum class TermKind {
   swing_beside,   // Im m of the same
   reversal,       // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
 };
-constexpr std::array<std::string_view, 26> names(TermKind) {
+constexpr std::array<std::string_view, 28> names(TermKind) {
   return {"bump_position", "bump_velocity", "sign_velocity", "bump_input",    "sign_input",    "bump_time",
-          "bump_state",    "position_drag", "position_dry",  "position_gain", "velocity_gain", "late_input",
-          "late_velocity", "late_position", "past_input",    "past_velocity", "late_push",     "late_drag",
-          "warm_viscous",  "warm_dry",      "warm_motor",    "play",          "relay",         "swing",
-          "swing_beside",  "reversal"};
+          "bump_state",    "position_drag", "position_dry",  "position_gain", "velocity_gain", "time_gain",
+          "time_drag",     "late_input",    "late_velocity", "late_position", "past_input",    "past_velocity",
+          "late_push",     "late_drag",     "warm_viscous",  "warm_dry",      "warm_motor",    "play",
+          "relay",         "swing",         "swing_beside",  "reversal"};
 }
 
 /// What a term looks at.

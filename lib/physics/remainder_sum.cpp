@@ -24,6 +24,8 @@ Over over(TermKind kind) {
     case TermKind::past_input:
       return Over::input;
     case TermKind::bump_time:
+    case TermKind::time_gain:
+    case TermKind::time_drag:
       return Over::time;
     default:
       return Over::nothing;
@@ -38,9 +40,9 @@ double chosen(Over what, double q, double v, double u, double t) {
 
 /// What stands beside all bumps of a batch.
 double factor(TermKind kind, double c, double v, double u) {
-  if (kind == TermKind::position_drag) return v;
+  if (kind == TermKind::position_drag || kind == TermKind::time_drag) return v;
   if (kind == TermKind::position_dry) return std::tanh(v / c);
-  if (kind == TermKind::position_gain || kind == TermKind::velocity_gain) return u;
+  if (kind == TermKind::position_gain || kind == TermKind::velocity_gain || kind == TermKind::time_gain) return u;
   return 1.0;
 }
 

@@ -24,8 +24,9 @@ Plant with_torque(const std::string& torque) {
 
 TEST_CASE("A torque that depends on two causes together is modelled well enough for a fresh recording",
           "[diagnose][decline]") {
-  const std::string torque = GENERATE(as<std::string>{}, "0.15*u*sin(4*q)", "-0.06*u*v*v",
-                                      "-(abs(q - 0.4) < 0.3 ? 0.25*tanh(v/0.005) : 0)", "0.4*v*sin(5*q)");
+  const std::string torque =
+      GENERATE(as<std::string>{}, "0.15*u*sin(4*q)", "-0.06*u*v*v", "-(abs(q - 0.4) < 0.3 ? 0.25*tanh(v/0.005) : 0)",
+               "0.4*v*sin(5*q)", "-0.3*v*exp(-t/3)");
   INFO(torque);
   const Machine machine(with_torque(torque), {});
   REQUIRE(with_torque("0") != kPendulum);
