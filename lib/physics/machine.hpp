@@ -60,25 +60,18 @@ class Machine {
 
  private:
   friend class Simulation;
-  struct State;
   struct Moment;
 
   // With the number of joints a constant, so that all is arithmetic on arrays: machine_forces.hpp.
   template <int kJoints>
   struct StateOf;
-  template <int kJoints>
-  struct Mechanics;
+  using State = StateOf<kMaxJoints>;
   template <int kJoints>
   struct Load;
 
   template <int kJoints>
-  Mechanics<kJoints> nominal(const Joints<kJoints>& q, const Joints<kJoints>& v, const Joints<kJoints>& input,
-                             double t) const;
-  template <int kJoints>
-  Joints<kJoints> gravity(const Joints<kJoints>& q) const;
-  template <int kJoints>
   Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
-                     const Mechanics<kJoints>& driven) const;
+                     const MotionOf<kJoints>& driven) const;
   template <int kJoints>
   Joints<kJoints> input_at(const Moment& moment, double t) const;
   template <int kJoints>

@@ -9,76 +9,21 @@
 
 namespace bayesctrl {
 
-namespace detail {
-
-template <int kJoints>
-Joints<kJoints> solve(const JointsSquare<kJoints>& system, const Joints<kJoints>& b) {
-  if constexpr (kJoints == 1) return b / system(0, 0);
-  return system.partialPivLu().solve(b);
-}
-
-/// What torques add to accelerations. They were written one by one, so they are read one by one: a processor waits for
-/// what it reads as a whole.
-template <int kJoints>
-Joints<kJoints> moved_by(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& torque) {
-  Joints<kJoints> result;
-  for (int i = 0; i < kJoints; ++i) {
-    result[i] = 0.0;
-    for (int j = 0; j < kJoints; ++j) result[i] += mobility(i, j) * torque[j];
-  }
-  return result;
-}
-
-}  // namespace detail
-
-/// The plant's q'' and its inverse inertia: what a torque in each joint adds to q''.
-template <int kJoints>
-struct Machine::Mechanics {
-  Joints<kJoints> acceleration;
-  JointsSquare<kJoints> mobility;
-};
-
 /// On the joints' bearings: torque of the motors, and of gravity and springs.
 template <int kJoints>
 struct Machine::Load {
   Joints<kJoints> motor = Joints<kJoints>::Zero(), external = motor;
 };
 
-template <int kJoints>
-Machine::Mechanics<kJoints> Machine::nominal(const Joints<kJoints>& q, const Joints<kJoints>& v,
-                                             const Joints<kJoints>& input, double t) const {
-  return std::visit(
-      [&]<class P>(const P& plant) -> Mechanics<kJoints> {
-        if constexpr (!requires { P::kJoints; }) {
-          return {plant.acceleration(q, v, input, t), plant.mobility(q, v)};
-        } else if constexpr (P::kJoints == kJoints) {  // inputs are torques
-          const Affine affine = plant.affine(q, v);
-          const JointsSquare<kJoints> mobility = affine.gain;
-          return {Joints<kJoints>(affine.drift) + detail::moved_by<kJoints>(mobility, input), mobility};
-        } else {
-          return {};
-        }
-      },
-      plant_);
-}
-
-/// Torque of the plant's own gravity and springs, along q.
-template <int kJoints>
-Joints<kJoints> Machine::gravity(const Joints<kJoints>& q) const {
-  const Joints<kJoints> none = Joints<kJoints>::Zero();
-  const Mechanics<kJoints> still = nominal<kJoints>(q, none, none, 0.0);
-  return detail::solve<kJoints>(still.mobility, still.acceleration);
-}
-
 /// `driven`: what the plant does with this input.
 template <int kJoints>
 Machine::Load<kJoints> Machine::load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
-                                     const Mechanics<kJoints>& driven) const {
-  Load<kJoints> result{input, gravity<kJoints>(state.q + tilt_.head<kJoints>())};
+                                     const MotionOf<kJoints>& driven) const {
+  Load<kJoints> result{input, external_torque_of<kJoints>(plant_, state.q + tilt_.head<kJoints>())};
   for (int j = 0; j < kJoints; ++j) result.external[j] += spring_torque(effects_, j, state.q[j]);
   if (std::holds_alternative<Custom>(plant_)) {  // the input is no torque: what it adds to M q'' is
-    const Mechanics<kJoints> idle = nominal<kJoints>(state.q, state.v, Joints<kJoints>::Zero(), t);
-    result.motor = detail::solve<kJoints>(driven.mobility, driven.acceleration - idle.acceleration);
+    const MotionOf<kJoints> idle = motion_of<kJoints>(plant_, state.q, state.v, Joints<kJoints>::Zero(), t);
+    result.motor = moving<kJoints>(driven.mobility, driven.acceleration - idle.acceleration);
   }
   return result;
 }
@@ -100,10 +45,12 @@ template <int kJoints>
 Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Moment& moment, double t,
                                       Joints<kJoints>* holding_torque) const {
   const Joints<kJoints>&q = state.q, &v = state.v, input = input_at<kJoints>(moment, t);
-  Mechanics<kJoints> mechanics = nominal<kJoints>(q, v, input, t);
+  MotionOf<kJoints> nominal = motion_of<kJoints>(plant_, q, v, input, t);
   Joints<kJoints> torque = Joints<kJoints>::Zero(), friction = torque;
-  if (!tilt_.isZero()) torque = gravity<kJoints>(q + tilt_.head<kJoints>()) - gravity<kJoints>(q);
-  const Load<kJoints> on_bearings = bears_load_ ? load<kJoints>(state, input, t, mechanics) : Load<kJoints>{};
+  if (!tilt_.isZero()) {
+    torque = external_torque_of<kJoints>(plant_, q + tilt_.head<kJoints>()) - external_torque_of<kJoints>(plant_, q);
+  }
+  const Load<kJoints> on_bearings = bears_load_ ? load<kJoints>(state, input, t, nominal) : Load<kJoints>{};
   if (!remainder_sum_.empty()) {
     torque += Joints<kJoints>(remainder_sum_.torque(moment.memory, q, v, input, t));
   }
@@ -125,8 +72,8 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Momen
   for (int j = 0; j < kJoints; ++j) torque[j] -= moment.direction[static_cast<std::size_t>(j)] * friction[j];
 
   // (M + D) q'' = M nominal + torques, D the added inertia and M^-1 the mobility: q'' = (1 + M^-1 D)^-1 (...).
-  JointsSquare<kJoints>& mobility = mechanics.mobility;
-  Joints<kJoints> result = mechanics.acceleration + detail::moved_by<kJoints>(mobility, torque);
+  JointsSquare<kJoints>& mobility = nominal.mobility;
+  Joints<kJoints> result = nominal.acceleration + moved_by<kJoints>(mobility, torque);
   if (!added_inertia_.isZero()) {
     const JointsSquare<kJoints> more = mobility * added_inertia_.head<kJoints>().asDiagonal();
     const JointsSquare<kJoints> inverse = (JointsSquare<kJoints>::Identity() + more).inverse();
@@ -151,8 +98,8 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Momen
         if (stuck(j)) system(i, j) = mobility(i, j);
       }
     }
-    held = detail::solve<kJoints>(system, held);
-    result += detail::moved_by<kJoints>(mobility, held);
+    held = moving<kJoints>(system, held);
+    result += moved_by<kJoints>(mobility, held);
     for (int j = 0; j < kJoints; ++j) {
       if (stuck(j)) result[j] = 0.0;
     }
@@ -166,7 +113,7 @@ double Machine::holding(const StateOf<kJoints>& state, const Moment& moment, int
   Load<kJoints> on_bearings;
   if (bears_load_) {
     const Joints<kJoints> input = input_at<kJoints>(moment, moment.t);
-    on_bearings = load<kJoints>(state, input, moment.t, nominal<kJoints>(state.q, state.v, input, moment.t));
+    on_bearings = load<kJoints>(state, input, moment.t, motion_of<kJoints>(plant_, state.q, state.v, input, moment.t));
   }
   const JointState seen{state.q[joint],
                         0.0,

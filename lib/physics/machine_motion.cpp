@@ -210,7 +210,7 @@ void Machine::advance_to(StateOf<kJoints>& state, Moment& moment, double goal, d
 
 /// The same; the remainder then remembers what has happened in between.
 void Machine::advance_and_remember(State& state, Moment& moment, double goal, double max_step) const {
-  const auto with = [&]<int kJoints>(std::integral_constant<int, kJoints>) {
+  with_joints(plant_, [&]<int kJoints>(const auto& /*plant*/, std::integral_constant<int, kJoints>) {
     StateOf<kJoints> now{state.q.head<kJoints>(), state.v.head<kJoints>(), state.z.head<kJoints>()};
     const StateOf<kJoints> before = now;
     const double since = moment.t;
@@ -227,18 +227,7 @@ void Machine::advance_and_remember(State& state, Moment& moment, double goal, do
     state.q.head<kJoints>() = now.q;
     state.v.head<kJoints>() = now.v;
     state.z.head<kJoints>() = now.z;
-  };
-  static_assert(kMaxJoints == 4);
-  switch (joints_) {
-    case 1:
-      return with(std::integral_constant<int, 1>{});
-    case 2:
-      return with(std::integral_constant<int, 2>{});
-    case 3:
-      return with(std::integral_constant<int, 3>{});
-    default:
-      return with(std::integral_constant<int, 4>{});
-  }
+  });
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,

@@ -5,9 +5,6 @@
 namespace bayesctrl {
 
 /// [q, v], and one hidden state per joint (presliding).
-struct Machine::State {
-  JointSlots q, v, z;
-};
 template <int kJoints>
 struct Machine::StateOf {
   Joints<kJoints> q, v, z;

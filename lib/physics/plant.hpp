@@ -71,31 +71,65 @@ inline Affine affine(const Plant& plant, const JointVector& q, const JointVector
   return std::visit([&](const auto& p) { return p.affine(q, v); }, plant);
 }
 
-/// Nominal mechanics at one instant.
-struct Motion {
-  JointVector acceleration;  // q''
-  JointMatrix mobility;      // inverse inertia: what a torque in each joint adds to q''
+/// Nominal mechanics at one instant; the number of joints may be a constant.
+template <int kJoints>
+struct MotionOf {
+  Joints<kJoints> acceleration;    // q''
+  JointsSquare<kJoints> mobility;  // inverse inertia: what a torque in each joint adds to q''
 };
+using Motion = MotionOf<Eigen::Dynamic>;
 
-inline Motion motion(const Plant& plant, const JointVector& q, const JointVector& v, const JointVector& u, double t) {
+/// What torques add to accelerations. Torques are written one by one, so they are read one by one: a processor waits
+/// for what it reads as a whole.
+template <int kJoints>
+Joints<kJoints> moved_by(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& torque) {
+  Joints<kJoints> result = torque;
+  for (Eigen::Index i = 0; i < torque.size(); ++i) {
+    result[i] = 0.0;
+    for (Eigen::Index j = 0; j < torque.size(); ++j) result[i] += mobility(i, j) * torque[j];
+  }
+  return result;
+}
+
+/// The torques that would accelerate the joints so.
+template <int kJoints>
+Joints<kJoints> moving(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& acceleration) {
+  if (acceleration.size() == 1) return acceleration / mobility(0, 0);
+  return mobility.partialPivLu().solve(acceleration);
+}
+
+template <int kJoints>
+MotionOf<kJoints> motion_of(const Plant& plant, const Joints<kJoints>& q, const Joints<kJoints>& v,
+                            const Joints<kJoints>& u, double t) {
   return std::visit(
-      [&](const auto& p) -> Motion {
+      [&]<class P>(const P& p) -> MotionOf<kJoints> {
         if constexpr (requires { p.mobility(q, v); }) {
           return {p.acceleration(q, v, u, t), p.mobility(q, v)};
-        } else {  // inputs are torques
+        } else if constexpr (kJoints == Eigen::Dynamic || kJoints == P::kJoints) {  // inputs are torques
           const Affine nominal = p.affine(q, v);
-          return {nominal.drift + nominal.gain * u, nominal.gain};
+          const JointsSquare<kJoints> mobility = nominal.gain;
+          return {Joints<kJoints>(nominal.drift) + moved_by<kJoints>(mobility, u), mobility};
+        } else {
+          return {};
         }
       },
       plant);
 }
 
+inline Motion motion(const Plant& plant, const JointVector& q, const JointVector& v, const JointVector& u, double t) {
+  return motion_of<Eigen::Dynamic>(plant, q, v, u, t);
+}
+
 /// Torque of gravity and springs along q: what would move the joints from rest without input.
+template <int kJoints>
+Joints<kJoints> external_torque_of(const Plant& plant, const Joints<kJoints>& q) {
+  const Joints<kJoints> none = Joints<kJoints>::Zero(q.size());
+  const MotionOf<kJoints> still = motion_of<kJoints>(plant, q, none, none, 0.0);
+  return moving<kJoints>(still.mobility, still.acceleration);
+}
+
 inline JointVector external_torque(const Plant& plant, const JointVector& q) {
-  const JointVector none = JointVector::Zero(q.size());
-  const Motion still = motion(plant, q, none, none, 0.0);
-  if (q.size() == 1) return still.acceleration / still.mobility(0, 0);
-  return still.mobility.partialPivLu().solve(still.acceleration);
+  return external_torque_of<Eigen::Dynamic>(plant, q);
 }
 
 }  // namespace bayesctrl
