@@ -17,7 +17,8 @@ constexpr double kEnough = 1.03;          // noise, RMS: no model can do much be
 constexpr std::size_t kMostWindows = 40;  // of free runs by which models are compared,
 constexpr double kCoarseStep = 4e-3;      // s, of the integration
 constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
-constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error
+constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error,
+constexpr double kManyTerms = 0.1;        // and what is no law
 constexpr double kCarried = 3.0;          // times the error, of a recording by what the others say: no more
 
 /// Seconds of all windows.
@@ -59,8 +60,8 @@ class Choice {
          double horizon)
       : explanation_(explanation), data_(data), motion_(motion), horizon_(horizon) {}
 
-  /// `remainder`: learnt without the windows of a fold, or from all (-1); of so many `groups` of terms.
-  void consider(const Fit& fit, const Discrepancy::Dependence& remaining, std::size_t groups,
+  /// `remainder`: learnt without the windows of a fold, or from all (-1); `penalty` for what it consists of.
+  void consider(const Fit& fit, const Discrepancy::Dependence& remaining, double penalty,
                 const std::function<Remainder(int)>& remainder) {
     if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
     std::vector<double> errors;
@@ -73,8 +74,7 @@ class Choice {
     double squares = 0.0;
     for (const double error : errors) squares += std::pow(std::min(error, worst_), 2);
     const double cost = 0.5 * std::log(squares / static_cast<double>(errors.size())) +
-                        kEffects * double(!fit.effects.empty()) +
-                        kPerGroup * static_cast<double>(std::max<std::size_t>(groups, 1) - 1);
+                        kEffects * double(!fit.effects.empty()) + penalty;
     if (!(cost < lowest_ - kWorthwhile)) return;
     lowest_ = cost;
     best_ = {fit, remainder(-1), remaining};
@@ -93,6 +93,11 @@ class Choice {
 };
 
 Remainder none(int) { return {}; }
+
+double penalty(const RemainderSearch::Basis& basis) {
+  return kPerGroup * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
+         (basis.law ? 0.0 : kManyTerms);
+}
 
 /// Whether effects are carried by all recordings: with the parameters that the others give them, what is left out fits
 /// not much worse.
@@ -127,12 +132,12 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   if (with_effects) choice.consider(best, beside, 0, none);
   const RemainderSearch in_place(discrepancy, target, whole);
   for (const RemainderSearch::Basis& basis : in_place.best()) {
-    choice.consider(nominal, whole, basis.groups.size(), [&](int out) { return in_place.remainder(basis, out); });
+    choice.consider(nominal, whole, penalty(basis), [&](int out) { return in_place.remainder(basis, out); });
   }
   if (with_effects) {
     const RemainderSearch more(about_best, best.residual, beside);
     for (const RemainderSearch::Basis& basis : more.best()) {
-      choice.consider(best, beside, basis.groups.size(), [&](int out) { return more.remainder(basis, out); });
+      choice.consider(best, beside, penalty(basis), [&](int out) { return more.remainder(basis, out); });
     }
   }
   return choice.best();
@@ -147,7 +152,7 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   choice.consider(best, beside, 0, none);
   const RemainderSearch more(about_best, best.residual, beside);
   const RemainderSearch::Basis leading = more.leading();
-  choice.consider(best, beside, 1, [&](int out) { return more.remainder(leading, out); });
+  choice.consider(best, beside, penalty(leading), [&](int out) { return more.remainder(leading, out); });
   return choice.best();
 }
 

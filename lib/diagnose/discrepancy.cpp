@@ -95,7 +95,7 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
       double sum = 0.0, alike = 0.0;
       for (Eigen::Index k = 0; k < count; ++k) {
         if (group.terms[static_cast<std::size_t>(k)].kind != kind ||
-            (group.cause == Cause::history && !group.rich && k != i))
+            ((group.use == TermUse::law || (group.cause == Cause::history && group.use == TermUse::compare)) && k != i))
           continue;
         sum += squares[k];
         alike += 1.0;
@@ -136,13 +136,13 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
     std::array<double, 5> alone{};
     double whole = 0.0, terms = 0.0, present = 0.0;
     for (const Group& group : groups_) {
-      if (group.joint != j) continue;
+      if (group.joint != j || group.use == TermUse::law) continue;
       const Ridge fit = ridge(group.columns, target);
       const double part = std::clamp(fit.explained / beyond, 0.0, 1.0);
       whole = std::max(whole, part);
-      if (!group.rich) alone[static_cast<std::size_t>(group.cause)] = part;
+      if (group.use == TermUse::compare) alone[static_cast<std::size_t>(group.cause)] = part;
       if (group.cause == Cause::history) {
-        if (group.rich) continue;
+        if (group.use == TermUse::rich) continue;
         terms = static_cast<double>(group.terms.size());
       } else {
         present = std::max(present, part);
@@ -175,10 +175,13 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   };
   std::vector<Kind> kinds;
   Eigen::Index count = 0;
-  for (const Group& group : groups_) count += group.columns.cols();
+  for (const Group& group : groups_) {
+    if (group.use != TermUse::law) count += group.columns.cols();
+  }
   Eigen::MatrixXd all(target.size(), count);
   count = 0;
   for (const Group& group : groups_) {
+    if (group.use == TermUse::law) continue;
     const Ridge fit = ridge(group.columns, target);
     kinds.push_back({fit.scale * group.columns, fit.log_evidence});
     all.middleCols(count, group.columns.cols()) = kinds.back().columns;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kNegligible = 1e-4;    // of the largest weight
 constexpr std::size_t kMostGroups = 4;  // of terms in a remainder
+constexpr double kBeyond = 3.0;         // times the largest torque that was seen: what a law may give
 constexpr double kGain = 0.8;           // of the squares of what is left out, that one group more must get below
 constexpr std::array<double, 9> kDeviations{1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0};
 
@@ -43,7 +44,7 @@ RemainderSearch::RemainderSearch(const Discrepancy& discrepancy, const Eigen::Ve
   const std::vector<Discrepancy::Group>& all = discrepancy.groups();
   std::vector<Eigen::VectorXd> columns;
   for (std::size_t g = 0; g < all.size(); ++g) {
-    if (all[g].joint != on.joint || (all[g].cause == Cause::time && on.leads() != Cause::time)) continue;
+    if (all[g].joint != on.joint) continue;
     groups_.push_back(g);
     first_.push_back(static_cast<Eigen::Index>(columns.size()));
     for (std::size_t i = 0; i < all[g].terms.size(); ++i) {
@@ -82,12 +83,21 @@ void RemainderSearch::with_best_deviation(Basis& basis) const {
 }
 
 std::vector<RemainderSearch::Basis> RemainderSearch::best() const {
+  std::vector<Basis> result = best_of(true);
+  const std::vector<Basis> others = best_of(false);
+  result.insert(result.end(), others.begin(), others.end());
+  return result;
+}
+
+std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool laws) const {
   std::vector<Basis> path;
   Basis chosen;
+  chosen.law = laws;
   chosen.left = left_out_->all();
   while (chosen.groups.size() < kMostGroups) {
     Basis best = chosen;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
+      if ((discrepancy_.groups()[groups_[g]].use == TermUse::law) != laws) continue;
       if (std::find(chosen.groups.begin(), chosen.groups.end(), g) != chosen.groups.end()) continue;
       Basis more = chosen;
       more.groups.push_back(g);
@@ -106,7 +116,7 @@ RemainderSearch::Basis RemainderSearch::leading() const {
   Basis result;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Discrepancy::Group& group = discrepancy_.groups()[groups_[g]];
-    if (group.cause != on_.leads() || group.rich) continue;
+    if (group.cause != on_.leads() || group.use != TermUse::compare) continue;
     result.groups.push_back(g);
     result.deviations.push_back(1.0);
     with_best_deviation(result);
@@ -156,7 +166,7 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
       }
     }
   }
-  for (std::size_t j = 0; j < largest.size(); ++j) result.regions[j].torque = largest[j];
+  for (std::size_t j = 0; j < largest.size(); ++j) result.regions[j].torque = (basis.law ? kBeyond : 1.0) * largest[j];
   return result;
 }
 

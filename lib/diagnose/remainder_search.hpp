@@ -16,8 +16,7 @@ std::vector<int> folds_of(const std::vector<Segment>& windows);
 /// left-out recordings best in the linear response.
 class RemainderSearch {
  public:
-  /// `target`: rows of the response that `discrepancy` is about; `on`: what causes it. Functions of time are groups
-  /// only if time leads, for they mean little elsewhere.
+  /// `target`: rows of the response that `discrepancy` is about; `on`: what causes it.
   RemainderSearch(const Discrepancy& discrepancy, const Eigen::VectorXd& target, const Discrepancy::Dependence& on);
 
   /// Groups that a remainder consists of, with the deviation of their weights.
@@ -25,10 +24,11 @@ class RemainderSearch {
     std::vector<std::size_t> groups;  // places among those that may be used
     std::vector<double> deviations;
     double left = 0.0;  // squares of what was left out
+    bool law = false;   // all groups are laws
   };
 
-  /// Those that are worth a try in free runs: the best group alone, and the set that is built from it one group at a
-  /// time. None if none predicts anything.
+  /// Those that are worth a try in free runs, of laws and of all others: the best group, and the set that is built
+  /// from it one group at a time. None if none predicts anything.
   std::vector<Basis> best() const;
 
   /// That of the leading cause.
@@ -38,6 +38,7 @@ class RemainderSearch {
   Remainder remainder(const Basis& basis, int left_out = -1) const;
 
  private:
+  std::vector<Basis> best_of(bool laws) const;
   LeftOut::Prior prior(const Basis& basis) const;
   void with_best_deviation(Basis& basis) const;  // of its last group
 

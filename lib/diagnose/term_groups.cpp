@@ -80,21 +80,41 @@ Terms changing_terms(TermKind kind, const Survey& s, int joint) {
   return bumps(kind, joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
 }
 
-Terms history_terms(const Survey& s, int joint) {
-  Terms list;
-  for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) {
-    if (s.input > 0.0) {
-      list.push_back({TermKind::late_input, joint, -1, tau});
-      list.push_back({TermKind::warm_motor, joint, -1, tau});
-    }
-    list.push_back({TermKind::late_velocity, joint, -1, tau});
-    list.push_back({TermKind::late_position, joint, -1, tau});
-    list.push_back({TermKind::warm_viscous, joint, -1, tau});
-    list.push_back({TermKind::warm_dry, joint, -1, tau, kSlow * s.speed});
-    list.push_back({TermKind::reversal, joint, -1, tau, kSlow * s.speed});
+/// What the past leaves behind, each in one form.
+std::vector<Terms> histories(const Survey& s, int joint) {
+  std::vector<Terms> list;
+  const auto add = [&](TermKind kind, double b = 1.0) {
+    Terms& terms = list.emplace_back();
+    for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) terms.push_back({kind, joint, -1, tau, b});
+  };
+  if (s.input > 0.0) {
+    add(TermKind::late_input);
+    add(TermKind::warm_motor);
   }
+  add(TermKind::late_velocity);
+  add(TermKind::late_position);
+  add(TermKind::warm_viscous);
+  add(TermKind::warm_dry, kSlow * s.speed);
+  add(TermKind::reversal, kSlow * s.speed);
+  Terms& plays = list.emplace_back();
   for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
-    list.push_back({TermKind::play, joint, -1, part * (s.highest - s.lowest)});
+    plays.push_back({TermKind::play, joint, -1, part * (s.highest - s.lowest)});
+  }
+  return list;
+}
+
+/// Of one input, or of the position times something else: |x|^a, even and odd.
+Terms powers(TermKind kind, int joint, std::initializer_list<std::pair<double, bool>> exponents, double c = 0.0) {
+  Terms list;
+  for (const auto& [a, odd] : exponents) list.push_back({kind, joint, -1, a, odd ? 1.0 : 0.0, c});
+  return list;
+}
+
+/// Linear from a threshold on, on either side.
+Terms hinges(TermKind kind, int joint, double most) {
+  Terms list;
+  for (const double part : {0.0, 0.05, 0.1, 0.2, 0.35, 0.55}) {
+    for (const double side : {-1.0, 1.0}) list.push_back({kind, joint, -1, side * part * most, side});
   }
   return list;
 }
@@ -154,36 +174,61 @@ Terms swing_terms(int joint) {
 
 std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory>& paths, int joint) {
   std::vector<TermGroup> groups;
-  const auto add = [&](Cause cause, bool rich, Terms terms) {
-    groups.push_back({cause, rich, joint, std::move(terms)});
+  const auto add = [&](Cause cause, TermUse use, Terms terms) {
+    groups.push_back({cause, use, joint, std::move(terms)});
   };
+  using enum TermUse;
   const bool driven = s.input > 0.0;
-  add(Cause::position, false, bumps(TermKind::bump_position, joint, s.lowest, s.highest, kBumps));
-  add(Cause::velocity, false, velocity_terms(s, joint));
-  if (driven) add(Cause::input, false, input_terms(s, joint));
-  add(Cause::time, false, time_terms(s, joint));
-  add(Cause::history, false, history_terms(s, joint));
-  add(Cause::velocity, true, state_terms(s, joint));
-  add(Cause::velocity, true, bumps(TermKind::position_drag, joint, s.lowest, s.highest, kProductBumps));
-  add(Cause::velocity, true,
+  add(Cause::position, compare, bumps(TermKind::bump_position, joint, s.lowest, s.highest, kBumps));
+  add(Cause::velocity, compare, velocity_terms(s, joint));
+  if (driven) add(Cause::input, compare, input_terms(s, joint));
+  add(Cause::time, compare, time_terms(s, joint));
+  const std::vector<Terms> forms = histories(s, joint);
+  Terms history;
+  for (const Terms& form : forms) append(history, form);
+  add(Cause::history, compare, history);
+  add(Cause::velocity, rich, state_terms(s, joint));
+  add(Cause::velocity, rich, bumps(TermKind::position_drag, joint, s.lowest, s.highest, kProductBumps));
+  add(Cause::velocity, rich,
       with_c(bumps(TermKind::position_dry, joint, s.lowest, s.highest, kProductBumps), kSlow * s.speed));
   if (driven) {
-    add(Cause::input, true, bumps(TermKind::position_gain, joint, s.lowest, s.highest, kProductBumps));
-    add(Cause::input, true, bumps(TermKind::velocity_gain, joint, -s.speed, s.speed, kProductBumps));
-    add(Cause::input, true, bumps(TermKind::bump_input, joint, -s.input, s.input, kFineBumps));
-    add(Cause::time, true, changing_terms(TermKind::time_gain, s, joint));
-    add(Cause::history, true, past_terms(TermKind::past_input, joint, s.input));
-    add(Cause::history, true, late_terms(TermKind::late_push, joint, s.input));
+    add(Cause::input, rich, bumps(TermKind::position_gain, joint, s.lowest, s.highest, kProductBumps));
+    add(Cause::input, rich, bumps(TermKind::velocity_gain, joint, -s.speed, s.speed, kProductBumps));
+    add(Cause::input, rich, bumps(TermKind::bump_input, joint, -s.input, s.input, kFineBumps));
+    add(Cause::time, rich, changing_terms(TermKind::time_gain, s, joint));
+    add(Cause::history, rich, past_terms(TermKind::past_input, joint, s.input));
+    add(Cause::history, rich, late_terms(TermKind::late_push, joint, s.input));
   }
-  add(Cause::time, true, changing_terms(TermKind::time_drag, s, joint));
-  add(Cause::history, true, past_terms(TermKind::past_velocity, joint, s.speed));
-  add(Cause::history, true, late_terms(TermKind::late_drag, joint, s.speed));
-  add(Cause::history, true, relay_terms(s, joint));
-  add(Cause::history, true, swing_terms(joint));
+  add(Cause::time, rich, changing_terms(TermKind::time_drag, s, joint));
+  add(Cause::history, rich, past_terms(TermKind::past_velocity, joint, s.speed));
+  add(Cause::history, rich, late_terms(TermKind::late_drag, joint, s.speed));
+  add(Cause::history, rich, relay_terms(s, joint));
+  add(Cause::history, rich, swing_terms(joint));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
-  add(Cause::position, true, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
+  add(Cause::position, rich, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);
-  add(Cause::velocity, true, bumps(TermKind::bump_velocity, joint, slowest, quickest, kFineBumps));
+  add(Cause::velocity, rich, bumps(TermKind::bump_velocity, joint, slowest, quickest, kFineBumps));
+
+  for (const Terms& form : forms) add(Cause::history, law, form);
+  add(Cause::position, law,
+      powers(TermKind::power_position, joint, {{0, false}, {1, true}, {1, false}, {2, true}, {2, false}, {3, true}}));
+  add(Cause::velocity, law,
+      powers(TermKind::power_velocity, joint,
+             {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
+  groups.back().terms.push_back({TermKind::sign_velocity, joint, -1, kSlow * s.speed});
+  const auto with_position = {std::pair{0.0, false}, {1.0, true}, {1.0, false}, {2.0, false}};
+  add(Cause::velocity, law, hinges(TermKind::hinge_velocity, joint, s.speed));
+  Terms drags = powers(TermKind::power_drag, joint, with_position, 1.0);
+  append(drags, powers(TermKind::power_drag, joint, {{0, true}, {1, true}}));
+  add(Cause::velocity, law, drags);
+  add(Cause::velocity, law, powers(TermKind::power_dry, joint, with_position, kSlow * s.speed));
+  if (driven) {
+    add(Cause::input, law,
+        powers(TermKind::power_input, joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
+    groups.back().terms.push_back({TermKind::sign_input, joint, -1, kSlow * s.input});
+    add(Cause::input, law, hinges(TermKind::hinge_input, joint, s.input));
+    add(Cause::input, law, powers(TermKind::power_gain, joint, with_position));
+  }
   return groups;
 }
 

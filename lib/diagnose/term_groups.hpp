@@ -6,10 +6,17 @@
 
 namespace bayesctrl {
 
+/// What terms are for.
+enum class TermUse {
+  compare,  // causes with one another
+  rich,     // the product of two causes, the past of one, or finer than what causes are compared by
+  law,      // few numbers: to predict where nothing was seen, not to say what may be missing
+};
+
 /// Terms that say together how a torque may depend on one cause.
 struct TermGroup {
   Cause cause = Cause::position;
-  bool rich = false;  // the product of two causes, the past of one, or finer than what causes are compared by
+  TermUse use = TermUse::compare;
   int joint = 0;
   std::vector<Term> terms;
 };

@@ -14,6 +14,11 @@ double bump(double x, double centre, double width) {
   return std::exp(-0.5 * z * z);
 }
 
+double power(double x, double exponent, double odd) {
+  const double size = std::pow(std::abs(x), exponent);
+  return odd != 0.0 ? std::copysign(size, x) : size;
+}
+
 double follow(double m, double towards, double time_constant, double h) {
   return m - (towards - m) * std::expm1(-h / time_constant);
 }
@@ -23,9 +28,14 @@ double follow(double m, double towards, double time_constant, double h) {
 Cause cause(TermKind kind) {
   switch (kind) {
     case TermKind::bump_position:
+    case TermKind::power_position:
       return Cause::position;
     case TermKind::bump_velocity:
     case TermKind::sign_velocity:
+    case TermKind::power_velocity:
+    case TermKind::power_drag:
+    case TermKind::power_dry:
+    case TermKind::hinge_velocity:
     case TermKind::bump_state:
     case TermKind::position_drag:
     case TermKind::position_dry:
@@ -34,6 +44,9 @@ Cause cause(TermKind kind) {
     case TermKind::velocity_gain:
     case TermKind::bump_input:
     case TermKind::sign_input:
+    case TermKind::power_input:
+    case TermKind::power_gain:
+    case TermKind::hinge_input:
       return Cause::input;
     case TermKind::bump_time:
     case TermKind::time_gain:
@@ -47,32 +60,23 @@ Cause cause(TermKind kind) {
 Looks looks_at(TermKind kind) {
   switch (kind) {
     case TermKind::bump_position:
-    case TermKind::late_position:
-    case TermKind::play:
     case TermKind::relay:
       return {.position = true};
     case TermKind::bump_velocity:
     case TermKind::sign_velocity:
-    case TermKind::late_velocity:
     case TermKind::past_velocity:
     case TermKind::late_drag:
     case TermKind::warm_viscous:
     case TermKind::warm_dry:
-    case TermKind::reversal:
     case TermKind::time_drag:
       return {.velocity = true};
     case TermKind::bump_input:
     case TermKind::sign_input:
-    case TermKind::late_input:
     case TermKind::past_input:
     case TermKind::late_push:
     case TermKind::warm_motor:
     case TermKind::time_gain:
       return {.input = true};
-    case TermKind::bump_time:
-    case TermKind::swing:
-    case TermKind::swing_beside:
-      return {};
     case TermKind::bump_state:
     case TermKind::position_drag:
     case TermKind::position_dry:
@@ -81,14 +85,32 @@ Looks looks_at(TermKind kind) {
       return {.position = true, .input = true};
     case TermKind::velocity_gain:
       return {.velocity = true, .input = true};
+    default:  // of the time, or it goes on
+      return {};
   }
-  return {};
 }
 
-bool is_linear(TermKind kind) { return kind == TermKind::swing || kind == TermKind::swing_beside; }
-
-double position_for(const Term& term, const Remainder::Limits::Seen& at, const JointVector& q) {
-  return is_linear(term.kind) ? q[term.joint] : at.q[term.joint];
+bool goes_on(TermKind kind) {
+  switch (kind) {
+    case TermKind::power_position:
+    case TermKind::power_velocity:
+    case TermKind::power_input:
+    case TermKind::power_drag:
+    case TermKind::power_dry:
+    case TermKind::power_gain:
+    case TermKind::hinge_velocity:
+    case TermKind::hinge_input:
+    case TermKind::late_input:
+    case TermKind::late_velocity:
+    case TermKind::late_position:
+    case TermKind::play:
+    case TermKind::reversal:
+    case TermKind::swing:
+    case TermKind::swing_beside:
+      return true;
+    default:
+      return false;
+  }
 }
 
 double Term::value(double q, double v, double u, double t, Held held) const {
@@ -120,6 +142,22 @@ double Term::value(double q, double v, double u, double t, Held held) const {
       return bump(t, a, b) * u;
     case TermKind::time_drag:
       return bump(t, a, b) * v;
+    case TermKind::power_position:
+      return power(q, a, b);
+    case TermKind::power_velocity:
+      return power(v, a, b);
+    case TermKind::power_input:
+      return power(u, a, b);
+    case TermKind::power_drag:
+      return power(q, a, b) * power(v, 1.0, c);
+    case TermKind::power_dry:
+      return power(q, a, b) * std::tanh(v / c);
+    case TermKind::power_gain:
+      return power(q, a, b) * u;
+    case TermKind::hinge_velocity:
+      return b * std::max(b * (v - a), 0.0);
+    case TermKind::hinge_input:
+      return b * std::max(b * (u - a), 0.0);
     case TermKind::late_input:
       return m - u;
     case TermKind::late_velocity:
@@ -214,66 +252,73 @@ Held Term::remembered(Held held, double q, double v, double u, double h) const {
 
 Remainder::Limits::Limits(const Remainder& remainder) : regions(remainder.regions) {
   for (const Term& term : remainder.terms) {
+    if (goes_on(term.kind)) continue;
     const Looks own = looks_at(term.kind);
     looks = {looks.position || own.position, looks.velocity || own.velocity, looks.input || own.input};
   }
   several = looks.position + looks.velocity + looks.input > 1;
 }
 
-Remainder::Limits::Seen Remainder::Limits::seen(const JointVector& q, const JointVector& v,
-                                                const JointVector& u) const {
-  Seen seen{q, v, u};
+Remainder::Point Remainder::Limits::seen(const Point& at) const {
+  Point seen = at;
   for (std::size_t j = 0; j < regions.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(j);
     const Region& region = regions[j];
-    seen.q[row] = std::clamp(q[row], region.lowest, region.highest);
-    seen.v[row] = std::clamp(v[row], -region.speed, region.speed);
-    seen.u[row] = std::clamp(u[row], -region.input, region.input);
+    seen.q[row] = std::clamp(at.q[row], region.lowest, region.highest);
+    seen.v[row] = std::clamp(at.v[row], -region.speed, region.speed);
+    seen.u[row] = std::clamp(at.u[row], -region.input, region.input);
   }
   return seen;
 }
 
-JointVector Remainder::Limits::limited(JointVector sum, const Seen& at, const JointVector& q, const JointVector& v,
-                                       const JointVector& u) const {
+JointVector Remainder::Limits::limited(JointVector fading, const JointVector& going_on, const Point& seen,
+                                       const Point& at) const {
   const auto fade = [](double x, double edge, double width) { return x == edge ? 1.0 : bump(x, edge, width); };
   for (std::size_t j = 0; j < regions.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(j);
     const Region& region = regions[j];
-    if (looks.position) sum[row] *= fade(q[row], at.q[row], kEdge * (region.highest - region.lowest));
-    if (several) sum[row] *= fade(v[row], at.v[row], 2.0 * kEdge * region.speed);
-    if (several && region.input > 0.0) sum[row] *= fade(u[row], at.u[row], 2.0 * kEdge * region.input);
-    sum[row] = std::clamp(sum[row], -region.torque, region.torque);
+    double& sum = fading[row];
+    if (looks.position) sum *= fade(at.q[row], seen.q[row], kEdge * (region.highest - region.lowest));
+    if (several) sum *= fade(at.v[row], seen.v[row], 2.0 * kEdge * region.speed);
+    if (several && region.input > 0.0) sum *= fade(at.u[row], seen.u[row], 2.0 * kEdge * region.input);
+    sum = std::clamp(sum + going_on[row], -region.torque, region.torque);
   }
-  return sum;
+  if (regions.empty()) fading += going_on;
+  return fading;
 }
 
 Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, const JointVector& u) const {
-  const Limits::Seen at = Limits(*this).seen(q, v, u);
+  const Point here{q, v, u}, seen = Limits(*this).seen(here);
   Memory memory;
-  for (const Term& term : terms)
-    memory.push_back(term.first_memory(position_for(term, at, q), at.v[term.joint], at.u[term.joint]));
+  for (const Term& term : terms) {
+    const Point& at = goes_on(term.kind) ? here : seen;
+    memory.push_back(term.first_memory(at.q[term.joint], at.v[term.joint], at.u[term.joint]));
+  }
   return memory;
 }
 
 void Remainder::advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                         double h) const {
-  const Limits::Seen at = Limits(*this).seen(q, v, u);
+  const Point here{q, v, u}, seen = Limits(*this).seen(here);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
-    memory[i] = terms[i].remembered(memory[i], position_for(terms[i], at, q), at.v[j], at.u[j], h);
+    const Point& at = goes_on(terms[i].kind) ? here : seen;
+    memory[i] = terms[i].remembered(memory[i], at.q[j], at.v[j], at.u[j], h);
   }
 }
 
 JointVector Remainder::torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                               double t) const {
   const Limits limits(*this);
-  const Limits::Seen at = limits.seen(q, v, u);
-  JointVector sum = JointVector::Zero(q.size());
+  const Point here{q, v, u}, seen = limits.seen(here);
+  JointVector fading = JointVector::Zero(q.size()), going_on = fading;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const int j = terms[i].joint;
-    sum[j] += terms[i].weight * terms[i].value(position_for(terms[i], at, q), at.v[j], at.u[j], t, memory[i]);
+    const bool free = goes_on(terms[i].kind);
+    const Point& at = free ? here : seen;
+    (free ? going_on : fading)[j] += terms[i].weight * terms[i].value(at.q[j], at.v[j], at.u[j], t, memory[i]);
   }
-  return limits.limited(std::move(sum), at, q, v, u);
+  return limits.limited(std::move(fading), going_on, seen, here);
 }
 
 }  // namespace bayesctrl

@@ -76,41 +76,44 @@ RemainderSum::RemainderSum(const Remainder& remainder) : limits_(remainder), ter
 
 JointVector RemainderSum::torque(const Remainder::Memory& memory, const JointVector& q, const JointVector& v,
                                  const JointVector& u, double t) const {
-  const Remainder::Limits::Seen at = limits_.seen(q, v, u);
-  JointVector sum = JointVector::Zero(q.size());
+  const Remainder::Point here{q, v, u}, seen = limits_.seen(here);
+  JointVector fading = JointVector::Zero(q.size()), going_on = fading;
   for (const Batch& batch : batches_) {
     const int j = batch.joint;
     if (remembers(batch.kind)) {
       const auto held = Eigen::Map<const Eigen::ArrayXcd>(memory.data() + batch.first, batch.weight.size()).real();
-      sum[j] += (held * batch.weight).sum();
+      fading[j] += (held * batch.weight).sum();
       continue;
     }
-    const double x = chosen(over(batch.kind), at.q[j], at.v[j], at.u[j], t);
+    const double x = chosen(over(batch.kind), seen.q[j], seen.v[j], seen.u[j], t);
     const double bumps = ((-0.5 * ((x - batch.centre) * batch.per_width).square()).exp() * batch.weight).sum();
-    sum[j] += factor(batch.kind, batch.c, at.v[j], at.u[j]) * bumps;
+    fading[j] += factor(batch.kind, batch.c, seen.v[j], seen.u[j]) * bumps;
   }
   for (const std::size_t i : single_) {
     const Term& term = terms_[i];
     const int j = term.joint;
-    sum[j] += term.weight * term.value(position_for(term, at, q), at.v[j], at.u[j], t, memory[i]);
+    const bool free = goes_on(term.kind);
+    const Remainder::Point& at = free ? here : seen;
+    (free ? going_on : fading)[j] += term.weight * term.value(at.q[j], at.v[j], at.u[j], t, memory[i]);
   }
-  return limits_.limited(sum, at, q, v, u);
+  return limits_.limited(fading, going_on, seen, here);
 }
 
 void RemainderSum::advance(Remainder::Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                            double h) const {
-  const Remainder::Limits::Seen at = limits_.seen(q, v, u);
+  const Remainder::Point here{q, v, u}, seen = limits_.seen(here);
   for (const Batch& batch : batches_) {
     if (!remembers(batch.kind)) continue;
     const int j = batch.joint;
-    const double x = chosen(over(batch.kind), at.q[j], at.v[j], at.u[j], 0.0), part = -std::expm1(-h / batch.c);
+    const double x = chosen(over(batch.kind), seen.q[j], seen.v[j], seen.u[j], 0.0), part = -std::expm1(-h / batch.c);
     auto held = Eigen::Map<Eigen::ArrayXcd>(memory.data() + batch.first, batch.weight.size()).real();
     held += part * ((-0.5 * ((x - batch.centre) * batch.per_width).square()).exp() - held);
   }
   for (const std::size_t i : single_) {
     const Term& term = terms_[i];
     const int j = term.joint;
-    memory[i] = term.remembered(memory[i], position_for(term, at, q), at.v[j], at.u[j], h);
+    const Remainder::Point& at = goes_on(term.kind) ? here : seen;
+    memory[i] = term.remembered(memory[i], at.q[j], at.v[j], at.u[j], h);
   }
 }
 

@@ -56,6 +56,31 @@ TEST_CASE("Beyond what it has seen a remainder of one cause goes on constant, of
   CHECK(std::abs(torque(both, 0.0, 1.0, 4.0)) < 1e-6);
 }
 
+TEST_CASE("A law of few numbers goes on beyond what was seen, up to the largest torque that it may give",
+          "[remainder]") {
+  const auto torque = [](const std::vector<Term>& terms, double q, double v, double u, double most) {
+    const Remainder remainder{terms, {{-1.0, 1.0, 2.0, 1.5, most}}};
+    const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
+    return remainder.torque(remainder.begin(one(q), one(v), one(u)), one(q), one(v), one(u), 0.0)[0];
+  };
+  const Term odd{TermKind::power_velocity, 0, -1, 2.0, 1.0, 0.0, 1.0, -0.5};
+  const Term even{TermKind::power_input, 0, -1, 0.5, 0.0, 0.0, 1.0, 3.0};
+  const Term drag{TermKind::power_drag, 0, -1, 1.0, 0.0, 1.0, 1.0, -0.2};
+  const Term threshold{TermKind::hinge_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, -0.4};
+  const Term below{TermKind::hinge_input, 0, -1, -0.5, -1.0, 0.0, 1.0, 0.4};
+  CHECK(torque({odd}, 9.0, -4.0, 9.0, 1e300) == Approx(8.0));
+  CHECK(torque({even}, 9.0, 0.0, -4.0, 1e300) == Approx(6.0));
+  CHECK(torque({drag}, -3.0, 5.0, 0.0, 1e300) == Approx(-3.0));
+  CHECK(torque({threshold}, 0.0, 4.5, 0.0, 1e300) == Approx(-1.6));
+  CHECK(torque({threshold}, 0.0, 0.4, 0.0, 1e300) == 0.0);
+  CHECK(torque({below}, 0.0, 0.0, -2.5, 1e300) == Approx(-0.8));
+  CHECK(torque({below}, 0.0, 0.0, 3.0, 1e300) == 0.0);
+  CHECK(torque({odd}, 0.0, -4.0, 0.0, 5.0) == 5.0);
+  // Beside what fades it goes on alone.
+  const Term magnet{TermKind::bump_position, 0, -1, 0.8, 0.4, 0.0, 1.0, 3.0};
+  CHECK(torque({magnet, odd}, 4.0, -4.0, 0.0, 1e300) == Approx(8.0));
+}
+
 TEST_CASE("What a term remembers of the past follows what is there now as a first-order lag", "[remainder]") {
   // A low-passed function of u: after a step from 0 to 1 it goes over as 1 - exp(-t / tau).
   constexpr double kTau = 0.4;

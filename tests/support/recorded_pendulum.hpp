@@ -12,9 +12,10 @@ namespace bayesctrl::testing {
 inline const Plant kPendulum = Pendulum{.length = 0.8, .friction = 0.2, .mass = 0.6};
 inline constexpr double kPendulumNoise = 3e-4;  // rad
 
-/// 12 s of a machine with one joint under a sum of sines, sampled at 100 Hz with noise; half a second is lost from
-/// `gap` on (none if negative). A lag has settled on that `part` of the first input.
-inline Measured record(const Machine& machine, double gap, std::uint64_t seed, double part = 1.0) {
+/// 12 s of a machine with one joint under a sum of sines, `strength` times as strong, sampled at 100 Hz with noise;
+/// half a second is lost from `gap` on (none if negative). A lag has settled on that `part` of the first input.
+inline Measured record(const Machine& machine, double gap, std::uint64_t seed, double part = 1.0,
+                       double strength = 1.0) {
   RandomStream random(seed);
   Measured data{"test", {}, {}, {}, 0.0, false};
   std::vector<double> time;
@@ -23,7 +24,7 @@ inline Measured record(const Machine& machine, double gap, std::uint64_t seed, d
   for (int k = 0; k < 1200; ++k) {
     const double t = 0.01 * k;
     time.push_back(t);
-    input(k, 0) = 2.5 * std::sin(1.1 * t + phase) + 1.5 * std::sin(3.7 * t) + std::sin(7.9 * t + phase);
+    input(k, 0) = strength * (2.5 * std::sin(1.1 * t + phase) + 1.5 * std::sin(3.7 * t) + std::sin(7.9 * t + phase));
   }
   StateVector start(2);
   start << 0.3, 0.0;
