@@ -18,8 +18,7 @@ constexpr double kScreenError = 1e-3;  // and of the nats that the best explains
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
 constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last,
 constexpr double kGainOfRest = 0.005;  // and of half the squares that are left
-constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: simple laws are wanted as well
-constexpr double kLost = 20.0;         // noise, RMS, left by the best: its motion is no better than the smoothed one
+constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
 constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
 constexpr int kAdditions = 3;          // to each of them
@@ -251,7 +250,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     const double evidence = result.best().fit.log_evidence;
     const double gain = std::max(kGain, kGainOfRest * 0.5 * result.best().fit.squares);
     const bool settled = round > 0 && evidence < reached + gain;
-    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kLost || round + 1 == kRounds) {
+    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) {
       if (left <= kFarOff) break;
       // Where even the best leaves much, simple laws with a remainder are wanted as well.
       fit_small_sets(fits, screen, about->dictionary, result);
