@@ -8,6 +8,7 @@ namespace bayesctrl {
 namespace {
 
 constexpr double kSecondLaw = 0.3;  // of the level of a first law of dry friction, where a second one starts
+constexpr double kLowestScale = 0.72, kHighestScale = 1.38;  // of a sensor, where it starts
 
 /// Laws of one kind that reduce to a simpler one, from that one on.
 std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
@@ -20,6 +21,17 @@ std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& s
       },
       wanted);
   return list;
+}
+
+/// The effect that shows the same on one plant or another.
+std::optional<EffectForm> twin(const EffectForm& form) {
+  if (const auto* tilt = std::get_if<GravityTilt>(&form)) return SensorOffset{-tilt->angle};
+  if (const auto* offset = std::get_if<SensorOffset>(&form)) return GravityTilt{-offset->angle};
+  if (const auto* sensor = std::get_if<SensorScale>(&form)) return InputGain{sensor->scale};
+  if (const auto* input = std::get_if<InputGain>(&form)) {
+    return SensorScale{std::clamp(input->gain, kLowestScale, kHighestScale)};
+  }
+  return {};
 }
 
 }  // namespace
@@ -96,15 +108,10 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
 std::vector<std::vector<Effect>> twins(const std::vector<Effect>& set) {
   std::vector<std::vector<Effect>> list;
   for (std::size_t e = 0; e < set.size(); ++e) {
-    std::vector<Effect> other = set;
-    if (const auto* tilt = std::get_if<GravityTilt>(&set[e].form)) {
-      other[e].form = SensorOffset{-tilt->angle};
-    } else if (const auto* offset = std::get_if<SensorOffset>(&set[e].form)) {
-      other[e].form = GravityTilt{-offset->angle};
-    } else {
-      continue;
-    }
-    list.push_back(std::move(other));
+    const std::optional<EffectForm> other = twin(set[e].form);
+    if (!other) continue;
+    list.push_back(set);
+    list.back()[e].form = *other;
   }
   return list;
 }

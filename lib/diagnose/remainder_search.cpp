@@ -10,7 +10,7 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kNegligible = 1e-4;    // of the largest weight
+constexpr double kNegligible = 1e-4;    // of the largest weight, each in units of what its term gives
 constexpr std::size_t kMostGroups = 4;  // of terms in a remainder
 constexpr double kBeyond = 3.0;         // times the largest torque that was seen: what a law may give
 constexpr double kGain = 0.8;           // of the squares of what is left out, that one group more must get below
@@ -128,21 +128,18 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
   const Linearisation& about = discrepancy_.about();
   const LeftOut::Prior chosen = prior(basis);
   const Eigen::VectorXd weights = left_out_->weights(chosen, left_out);
+  const double negligible = weights.size() == 0 ? 0.0 : kNegligible * weights.cwiseAbs().maxCoeff();
   Remainder result;
   for (int j = 0; j < joints(about.excitation->plant()); ++j) {
     const Survey s = survey(about.excitation->data(), about.paths, j);
     result.regions.push_back({s.lowest, s.highest, s.speed, s.input, 1e300});
   }
   for (std::size_t i = 0; i < chosen.features.size(); ++i) {
-    Term term = terms_[static_cast<std::size_t>(chosen.features[i])];
-    term.weight *= weights[static_cast<Eigen::Index>(i)];
-    if (term.weight != 0.0) result.terms.push_back(term);
+    const double weight = weights[static_cast<Eigen::Index>(i)];
+    if (!(std::abs(weight) > negligible)) continue;
+    Term& term = result.terms.emplace_back(terms_[static_cast<std::size_t>(chosen.features[i])]);
+    term.weight *= weight;
   }
-  double most = 0.0;
-  for (const Term& term : result.terms) most = std::max(most, std::abs(term.weight));
-  std::erase_if(result.terms, [&](const Term& term) {  // bumps are at most 1
-    return cause(term.kind) != Cause::history && std::abs(term.weight) < kNegligible * most;
-  });
   const std::vector<Segment>& windows = about.response->windows();
   const std::vector<int> folds = folds_of(windows);
   std::vector<double> largest(result.regions.size(), 0.0);

@@ -25,38 +25,6 @@ double follow(double m, double towards, double time_constant, double h) {
 
 }  // namespace
 
-Cause cause(TermKind kind) {
-  switch (kind) {
-    case TermKind::bump_position:
-    case TermKind::power_position:
-      return Cause::position;
-    case TermKind::bump_velocity:
-    case TermKind::sign_velocity:
-    case TermKind::power_velocity:
-    case TermKind::power_drag:
-    case TermKind::power_dry:
-    case TermKind::hinge_velocity:
-    case TermKind::bump_state:
-    case TermKind::position_drag:
-    case TermKind::position_dry:
-      return Cause::velocity;
-    case TermKind::position_gain:
-    case TermKind::velocity_gain:
-    case TermKind::bump_input:
-    case TermKind::sign_input:
-    case TermKind::power_input:
-    case TermKind::power_gain:
-    case TermKind::hinge_input:
-      return Cause::input;
-    case TermKind::bump_time:
-    case TermKind::time_gain:
-    case TermKind::time_drag:
-      return Cause::time;
-    default:
-      return Cause::history;
-  }
-}
-
 Looks looks_at(TermKind kind) {
   switch (kind) {
     case TermKind::bump_position:
@@ -252,7 +220,6 @@ Held Term::remembered(Held held, double q, double v, double u, double h) const {
 
 Remainder::Limits::Limits(const Remainder& remainder) : regions(remainder.regions) {
   for (const Term& term : remainder.terms) {
-    if (goes_on(term.kind)) continue;
     const Looks own = looks_at(term.kind);
     looks = {looks.position || own.position, looks.velocity || own.velocity, looks.input || own.input};
   }

@@ -62,10 +62,7 @@ constexpr std::array<std::string_view, 36> names(TermKind) {
           "warm_motor",    "play",           "relay",          "swing",         "swing_beside",  "reversal"};
 }
 
-/// What a term looks at.
-Cause cause(TermKind kind);
-
-/// What the value of a term is a function of.
+/// What the value of a term that does not go on is a function of, besides the time.
 struct Looks {
   bool position = false, velocity = false, input = false;
 };

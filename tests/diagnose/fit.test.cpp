@@ -99,6 +99,25 @@ TEST_CASE("A tilt and an offset of the sensor are twins: the same is measured of
   CHECK(std::max(said, twin) == found.best().fit.log_evidence);
 }
 
+TEST_CASE("A gain of the input and a scale of the sensor are twins: the same is measured of a mass, and both are said",
+          "[diagnose][fit]") {
+  const Plant mass = Mass{.mass = 1.4, .friction = 0.8};
+  const EffectForm form = GENERATE(EffectForm(InputGain{0.72}), EffectForm(SensorScale{1.3}));
+  const std::vector<Effect> set{{Backlash{0.2}, 0, -1}, {form, 0, -1}};
+  const std::vector<std::vector<Effect>> others = twins(set);
+  REQUIRE(others.size() == 1);
+  const std::vector<Measured> data{record(Machine(mass, set), -1.0, 91), record(Machine(mass, set), -1.0, 92)};
+  const Explanation found = explain(mass, data, {whole_catalogue(), {}});
+  double said = -kInfinity, twin = -kInfinity;
+  for (const Candidate& candidate : found.candidates) {
+    if (key(candidate.fit.effects) == key(set)) said = candidate.fit.log_evidence;
+    if (key(candidate.fit.effects) == key(others[0])) twin = candidate.fit.log_evidence;
+  }
+  CAPTURE(name_of(form), key(found.best().fit.effects), said, twin);
+  CHECK(std::abs(said - twin) < 3.0);
+  CHECK(std::max(said, twin) == found.best().fit.log_evidence);
+}
+
 TEST_CASE("Starts are handed down from sets that contain one another, and from no others", "[diagnose][fit]") {
   const Effect coulomb{CoulombFriction{0.3}, 0, -1}, spring{LinearSpring{2.0}, 0, -1};
   const Effect stribeck{StribeckFriction{1.0, 2.0, 0.5}, 0, -1};
