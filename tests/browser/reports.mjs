@@ -207,13 +207,15 @@ const shoot = async (page, shots, name, parts = []) => {
       parts.map(text => page.locator("section", {has: page.locator("h2, h3", {hasText: text})}).last().boundingBox()));
   const top = Math.min(...boxes.map(box => box.y));
   const bottom = Math.min(top + kTallest, Math.max(...boxes.map(box => box.y + box.height)));
+  const style = ".u-cursor-x, .u-cursor-y { visibility: hidden }";  // where a pointer was last
   await page.screenshot(
       parts.length ? {
         path,
+        style,
         fullPage: true,
         clip: {x: 0, y: top - 8, width: page.viewportSize().width, height: bottom - top + 16}
       } :
-                     {path});
+                     {path, style});
 };
 
 const look = async (browser, kind, file, shots) => {
