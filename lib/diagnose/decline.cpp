@@ -128,8 +128,8 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
   const bool with_effects = !best.effects.empty() && is_carried(best, explanation, data, motion, horizon);
-  choice.consider(nominal, whole, 0, none);
-  if (with_effects) choice.consider(best, beside, 0, none);
+  choice.consider(nominal, whole, 0.0, none);
+  if (with_effects) choice.consider(best, beside, 0.0, none);
   const RemainderSearch in_place(discrepancy, target, whole);
   for (const RemainderSearch::Basis& basis : in_place.best()) {
     choice.consider(nominal, whole, penalty(basis), [&](int out) { return in_place.remainder(basis, out); });
@@ -149,7 +149,7 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, data, motion, horizon);
-  choice.consider(best, beside, 0, none);
+  choice.consider(best, beside, 0.0, none);
   const RemainderSearch more(about_best, best.residual, beside);
   const RemainderSearch::Basis leading = more.leading();
   choice.consider(best, beside, penalty(leading), [&](int out) { return more.remainder(leading, out); });

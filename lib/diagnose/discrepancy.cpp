@@ -89,14 +89,14 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
     }
     group.columns = about.response->responses(accelerations);
     // Unit weights: together an RMS of 20 % of the nominal torque. Bumps share one unit, so that those where hardly any
-    // motion passed stay small; terms of different kinds have each their own.
+    // motion passed stay small; terms of different kinds, or of different forms, have each their own.
+    const bool all_differ =
+        group.use == TermUse::law || (group.cause == Cause::history && group.use == TermUse::compare);
     for (Eigen::Index i = 0; i < count; ++i) {
       const auto kind = group.terms[static_cast<std::size_t>(i)].kind;
       double sum = 0.0, alike = 0.0;
       for (Eigen::Index k = 0; k < count; ++k) {
-        if (group.terms[static_cast<std::size_t>(k)].kind != kind ||
-            ((group.use == TermUse::law || (group.cause == Cause::history && group.use == TermUse::compare)) && k != i))
-          continue;
+        if (group.terms[static_cast<std::size_t>(k)].kind != kind || (all_differ && k != i)) continue;
         sum += squares[k];
         alike += 1.0;
       }
@@ -176,16 +176,16 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   std::vector<Kind> kinds;
   Eigen::Index count = 0;
   for (const Group& group : groups_) {
-    if (group.use != TermUse::law) count += group.columns.cols();
-  }
-  Eigen::MatrixXd all(target.size(), count);
-  count = 0;
-  for (const Group& group : groups_) {
     if (group.use == TermUse::law) continue;
     const Ridge fit = ridge(group.columns, target);
     kinds.push_back({fit.scale * group.columns, fit.log_evidence});
-    all.middleCols(count, group.columns.cols()) = kinds.back().columns;
     count += group.columns.cols();
+  }
+  Eigen::MatrixXd all(target.size(), count);
+  count = 0;
+  for (const Kind& kind : kinds) {
+    all.middleCols(count, kind.columns.cols()) = kind.columns;
+    count += kind.columns.cols();
   }
   const Ridge together = ridge(all, target);
   kinds.push_back({together.scale * all, together.log_evidence});

@@ -51,7 +51,7 @@ Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, co
         p.motor = p.u;
         if (std::holds_alternative<Custom>(plant_)) {
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
-          p.motor = p.mobility.partialPivLu().solve(now.acceleration - idle.acceleration);
+          p.motor = moving<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
         }
         list.push_back(std::move(p));
       }

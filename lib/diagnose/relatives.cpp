@@ -8,7 +8,6 @@ namespace bayesctrl {
 namespace {
 
 constexpr double kSecondLaw = 0.3;  // of the level of a first law of dry friction, where a second one starts
-constexpr double kLowestScale = 0.72, kHighestScale = 1.38;  // of a sensor, where it starts
 
 /// Laws of one kind that reduce to a simpler one, from that one on.
 std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
@@ -23,14 +22,12 @@ std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& s
   return list;
 }
 
-/// The effect that shows the same on one plant or another.
+/// The effect that shows the same on one plant or another. A fit brings it into its range.
 std::optional<EffectForm> twin(const EffectForm& form) {
   if (const auto* tilt = std::get_if<GravityTilt>(&form)) return SensorOffset{-tilt->angle};
   if (const auto* offset = std::get_if<SensorOffset>(&form)) return GravityTilt{-offset->angle};
   if (const auto* sensor = std::get_if<SensorScale>(&form)) return InputGain{sensor->scale};
-  if (const auto* input = std::get_if<InputGain>(&form)) {
-    return SensorScale{std::clamp(input->gain, kLowestScale, kHighestScale)};
-  }
+  if (const auto* input = std::get_if<InputGain>(&form)) return SensorScale{input->gain};
   return {};
 }
 

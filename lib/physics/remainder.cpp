@@ -244,14 +244,16 @@ JointVector Remainder::Limits::limited(JointVector fading, const JointVector& go
   for (std::size_t j = 0; j < regions.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(j);
     const Region& region = regions[j];
-    double& sum = fading[row];
-    if (looks.position) sum *= fade(at.q[row], seen.q[row], kEdge * (region.highest - region.lowest));
-    if (several) sum *= fade(at.v[row], seen.v[row], 2.0 * kEdge * region.speed);
-    if (several && region.input > 0.0) sum *= fade(at.u[row], seen.u[row], 2.0 * kEdge * region.input);
-    sum = std::clamp(sum + going_on[row], -region.torque, region.torque);
+    if (looks.position) fading[row] *= fade(at.q[row], seen.q[row], kEdge * (region.highest - region.lowest));
+    if (several) fading[row] *= fade(at.v[row], seen.v[row], 2.0 * kEdge * region.speed);
+    if (several && region.input > 0.0) fading[row] *= fade(at.u[row], seen.u[row], 2.0 * kEdge * region.input);
   }
-  if (regions.empty()) fading += going_on;
-  return fading;
+  JointVector sum = fading + going_on;
+  for (std::size_t j = 0; j < regions.size(); ++j) {
+    double& torque = sum[static_cast<Eigen::Index>(j)];
+    torque = std::clamp(torque, -regions[j].torque, regions[j].torque);
+  }
+  return sum;
 }
 
 Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, const JointVector& u) const {
