@@ -9,8 +9,8 @@ using namespace bayesctrl;
 
 namespace {
 
-void check_declined(int variant, const std::string& cause) {
-  const TrialSpec spec{.seed = 8, .lowest_noise = 3e-4, .highest_noise = 1e-3};
+void check_declined(int variant, const std::string& cause,
+                    const TrialSpec& spec = {.seed = 8, .lowest_noise = 3e-4, .highest_noise = 1e-3}) {
   const std::string name = "outside_" + std::to_string(variant);
   const trial::Case hidden = trial::make_case(spec, {name, "outside", {}, variant});
   REQUIRE_FALSE(hidden.files.empty());
@@ -28,6 +28,9 @@ void check_declined(int variant, const std::string& cause) {
 }  // namespace
 
 TEST_CASE("An invention that lives in position is declined and corrected", "[trial]") { check_declined(0, "position"); }
+TEST_CASE("A well that three effects imitate where the machine was seen is declined and corrected", "[trial]") {
+  check_declined(19, "position", {.seed = 86602540});
+}
 TEST_CASE("An invention that lives in velocity is declined and corrected", "[trial]") { check_declined(2, "velocity"); }
 TEST_CASE("An invention that lives in the input is declined and corrected", "[trial]") { check_declined(5, "input"); }
 TEST_CASE("An invention that lives in time is declined and corrected", "[trial]") { check_declined(6, "time"); }
