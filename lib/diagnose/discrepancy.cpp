@@ -71,7 +71,7 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
         const int j = term.joint;
         Eigen::VectorXd values = Eigen::VectorXd::Zero(data[r].position.rows());
         if (term.recording < 0 || static_cast<std::size_t>(term.recording) == r) {
-          Held memory = term.first_memory(path.position(0, j), path.velocity(0, j), data[r].input(0, j));
+          Held memory = term.first_memory(path.position(0, j), path.velocity(0, j));
           for (Eigen::Index k = 0; k + 1 < values.size(); ++k) {
             const auto slot = static_cast<std::size_t>(k);
             const double h = data[r].time[slot + 1] - data[r].time[slot];

@@ -17,7 +17,7 @@ constexpr double kStepOfRemainder = 5e-3;  // s: its terms can be steep
 Remainder::Memory remember(const Remainder& remainder, const Measured& data, const Trajectory& path, std::size_t from,
                            std::size_t to, Remainder::Memory memory) {
   if (memory.empty()) {
-    memory = remainder.begin(path.position.row(0), path.velocity.row(0), data.input.row(0));
+    memory = remainder.begin(path.position.row(0), path.velocity.row(0));
   }
   for (std::size_t k = from; k < to; ++k) {
     const auto row = static_cast<Eigen::Index>(k);

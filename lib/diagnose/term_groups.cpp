@@ -1,6 +1,7 @@
 #include "diagnose/term_groups.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace bayesctrl {
@@ -80,12 +81,27 @@ Terms changing_terms(TermKind kind, const Survey& s, int joint) {
   return bumps(kind, joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
 }
 
+/// What a term of the past is compared with: beside it, as a term of its own, the past may act alone.
+std::optional<TermKind> present(TermKind past) {
+  switch (past) {
+    case TermKind::late_input:
+      return TermKind::power_input;
+    case TermKind::late_velocity:
+      return TermKind::power_velocity;
+    case TermKind::late_position:
+      return TermKind::power_position;
+    default:
+      return {};
+  }
+}
+
 /// What the past leaves behind, each in one form.
 std::vector<Terms> histories(const Survey& s, int joint) {
   std::vector<Terms> list;
   const auto add = [&](TermKind kind, double b = 1.0) {
     Terms& terms = list.emplace_back();
     for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) terms.push_back({kind, joint, -1, tau, b});
+    if (const auto now = present(kind)) terms.push_back({*now, joint, -1, 1.0, 1.0});
   };
   if (s.input > 0.0) {
     add(TermKind::late_input);
@@ -158,14 +174,23 @@ Terms relay_terms(const Survey& s, int joint) {
   return list;
 }
 
-/// Masses on springs that the joint carries along.
-Terms swing_terms(int joint) {
+/// Masses on springs that the joint carries along, or that the input drives.
+Terms swing_terms(TermKind kind, TermKind beside, int joint) {
   Terms list;
   for (const auto& [damping, ratio] : {std::pair{0.04, 1.12}, {0.25, 1.5}}) {
     for (double frequency = kSlowestSwing; frequency < kFastestSwing; frequency *= ratio) {
-      list.push_back({TermKind::swing, joint, -1, frequency, damping});
-      list.push_back({TermKind::swing_beside, joint, -1, frequency, damping});
+      list.push_back({kind, joint, -1, frequency, damping});
+      list.push_back({beside, joint, -1, frequency, damping});
     }
+  }
+  return list;
+}
+
+/// Input that follows at limited rates.
+Terms slew_terms(const Survey& s, int joint) {
+  Terms list;
+  for (const double rate : {1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) {
+    list.push_back({TermKind::slew_input, joint, -1, rate * s.input});
   }
   return list;
 }
@@ -198,12 +223,13 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
     add(Cause::time, rich, changing_terms(TermKind::time_gain, s, joint));
     add(Cause::history, rich, past_terms(TermKind::past_input, joint, s.input));
     add(Cause::history, rich, late_terms(TermKind::late_push, joint, s.input));
+    add(Cause::history, rich, swing_terms(TermKind::ring_input, TermKind::ring_beside, joint));
   }
   add(Cause::time, rich, changing_terms(TermKind::time_drag, s, joint));
   add(Cause::history, rich, past_terms(TermKind::past_velocity, joint, s.speed));
   add(Cause::history, rich, late_terms(TermKind::late_drag, joint, s.speed));
   add(Cause::history, rich, relay_terms(s, joint));
-  add(Cause::history, rich, swing_terms(joint));
+  add(Cause::history, rich, swing_terms(TermKind::swing, TermKind::swing_beside, joint));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
   add(Cause::position, rich, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);
@@ -226,6 +252,7 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
     add(Cause::input, law,
         powers(TermKind::power_input, joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
     groups.back().terms.push_back({TermKind::sign_input, joint, -1, kSlow * s.input});
+    add(Cause::history, law, slew_terms(s, joint));
     add(Cause::input, law, hinges(TermKind::hinge_input, joint, s.input));
     add(Cause::input, law, powers(TermKind::power_gain, joint, with_position));
   }

@@ -217,7 +217,7 @@ void Machine::advance_and_remember(State& state, Moment& moment, double goal, do
     Joints<kJoints> input;
     if (!remainder_.empty()) {
       input = input_at<kJoints>(moment, moment.t);
-      if (moment.memory.empty()) moment.memory = remainder_.begin(now.q, now.v, input);
+      if (moment.memory.empty()) moment.memory = remainder_.begin(now.q, now.v);
     }
     advance_to(now, moment, goal, max_step);
     if (!remainder_.empty()) {

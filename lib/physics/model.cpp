@@ -39,7 +39,7 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
         effect.form);
   }
   if (!model.remainder.empty()) {
-    torque += model.remainder.torque(model.remainder.begin(q, v, none), q, v, none, 0.0);
+    torque += model.remainder.torque(model.remainder.begin(q, v), q, v, none, 0.0);
   }
   result.drift += mobility * torque;
   if (inertia.any()) {

@@ -23,6 +23,11 @@ double follow(double m, double towards, double time_constant, double h) {
   return m - (towards - m) * std::expm1(-h / time_constant);
 }
 
+/// Pointer of a mass on a spring, h seconds on.
+Held swung(Held pointer, double towards, double frequency, double damping, double h) {
+  return towards + (pointer - towards) * std::exp(Held(-damping, std::sqrt(1.0 - damping * damping)) * (frequency * h));
+}
+
 }  // namespace
 
 Looks looks_at(TermKind kind) {
@@ -71,10 +76,13 @@ bool goes_on(TermKind kind) {
     case TermKind::late_input:
     case TermKind::late_velocity:
     case TermKind::late_position:
+    case TermKind::slew_input:
     case TermKind::play:
     case TermKind::reversal:
     case TermKind::swing:
     case TermKind::swing_beside:
+    case TermKind::ring_input:
+    case TermKind::ring_beside:
       return true;
     default:
       return false;
@@ -127,6 +135,8 @@ double Term::value(double q, double v, double u, double t, Held held) const {
     case TermKind::hinge_input:
       return b * std::max(b * (u - a), 0.0);
     case TermKind::late_input:
+    case TermKind::slew_input:
+    case TermKind::ring_input:
       return m - u;
     case TermKind::late_velocity:
       return m - v;
@@ -135,6 +145,7 @@ double Term::value(double q, double v, double u, double t, Held held) const {
     case TermKind::swing:
       return m - q;
     case TermKind::swing_beside:
+    case TermKind::ring_beside:
       return held.imag();
     case TermKind::relay:
       return std::tanh((m - a) / b);
@@ -155,10 +166,8 @@ double Term::value(double q, double v, double u, double t, Held held) const {
   return 0.0;
 }
 
-double Term::first_memory(double q, double v, double u) const {
+double Term::first_memory(double q, double v) const {
   switch (kind) {
-    case TermKind::late_input:
-      return u;
     case TermKind::late_velocity:
       return v;
     case TermKind::late_position:
@@ -168,11 +177,9 @@ double Term::first_memory(double q, double v, double u) const {
     case TermKind::swing_beside:
       return q;
     case TermKind::past_input:
-      return bump(u, a, b);
+      return bump(0.0, a, b);
     case TermKind::past_velocity:
       return bump(v, a, b);
-    case TermKind::late_push:
-      return std::tanh(u / a);
     case TermKind::late_drag:
       return std::tanh(v / a);
     case TermKind::reversal:
@@ -208,9 +215,14 @@ Held Term::remembered(Held held, double q, double v, double u, double h) const {
       return std::clamp(m, q - a, q + a);
     case TermKind::relay:
       return std::clamp(m, q - c, q + c);
+    case TermKind::slew_input:
+      return std::clamp(u, m - a * h, m + a * h);
     case TermKind::swing:
     case TermKind::swing_beside:
-      return q + (held - q) * std::exp(Held(-b, std::sqrt(1.0 - b * b)) * (a * h));
+      return swung(held, q, a, b, h);
+    case TermKind::ring_input:
+    case TermKind::ring_beside:
+      return swung(held, u, a, b, h);
     case TermKind::reversal:  // the sign of the memory is that of the velocity
       return v * m < 0.0 ? std::copysign(1e-9, v) : m + std::copysign(h, m);
     default:
@@ -256,12 +268,12 @@ JointVector Remainder::Limits::limited(JointVector fading, const JointVector& go
   return sum;
 }
 
-Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v, const JointVector& u) const {
-  const Point here{q, v, u}, seen = Limits(*this).seen(here);
+Remainder::Memory Remainder::begin(const JointVector& q, const JointVector& v) const {
+  const Point here{q, v, JointVector::Zero(q.size())}, seen = Limits(*this).seen(here);
   Memory memory;
   for (const Term& term : terms) {
     const Point& at = goes_on(term.kind) ? here : seen;
-    memory.push_back(term.first_memory(at.q[term.joint], at.v[term.joint], at.u[term.joint]));
+    memory.push_back(term.first_memory(at.q[term.joint], at.v[term.joint]));
   }
   return memory;
 }

@@ -40,6 +40,7 @@ enum class TermKind {
   late_input,      // m - u, m' = (u - m) / a
   late_velocity,   // m - v, m' = (v - m) / a
   late_position,   // m - q, m' = (q - m) / a
+  slew_input,      // m - u, m follows u at a per second at most
   past_input,      // m, m' = (exp(-(u - a)^2 / 2 b^2) - m) / c
   past_velocity,   // m, m' = (exp(-(v - a)^2 / 2 b^2) - m) / c
   late_push,       // m, m' = (tanh(u / a) - m) / c
@@ -51,15 +52,18 @@ enum class TermKind {
   relay,           // tanh((m - a) / b), m follows q at the ends of a gap of half-width c
   swing,           // Re m - q, m' = w (q - m), w = a (b - i sqrt(1 - b^2)): a mass on a spring follows the joint
   swing_beside,    // Im m of the same
+  ring_input,      // Re m - u, m' = w (u - m), w as above: what the input drives swings first
+  ring_beside,     // Im m of the same
   reversal,        // exp(-m / a) tanh(v / b), m the time since the velocity changed its sign
 };
-constexpr std::array<std::string_view, 36> names(TermKind) {
+constexpr std::array<std::string_view, 39> names(TermKind) {
   return {"bump_position", "bump_velocity",  "sign_velocity",  "bump_input",    "sign_input",    "bump_time",
           "bump_state",    "position_drag",  "position_dry",   "position_gain", "velocity_gain", "time_gain",
           "time_drag",     "power_position", "power_velocity", "power_input",   "power_drag",    "power_dry",
           "power_gain",    "hinge_velocity", "hinge_input",    "late_input",    "late_velocity", "late_position",
-          "past_input",    "past_velocity",  "late_push",      "late_drag",     "warm_viscous",  "warm_dry",
-          "warm_motor",    "play",           "relay",          "swing",         "swing_beside",  "reversal"};
+          "slew_input",    "past_input",     "past_velocity",  "late_push",     "late_drag",     "warm_viscous",
+          "warm_dry",      "warm_motor",     "play",           "relay",         "swing",         "swing_beside",
+          "ring_input",    "ring_beside",    "reversal"};
 }
 
 /// What the value of a term that does not go on is a function of, besides the time.
@@ -87,9 +91,9 @@ struct Term {
   /// Value without the weight. `held`: memory.
   double value(double q, double v, double u, double t, Held held) const;
 
-  /// Memory after `h` seconds at q, v, u; `first` starts it.
+  /// Memory after `h` seconds at q, v, u. At first the input has been 0 for long, as with delays, the rest as it is.
   Held remembered(Held held, double q, double v, double u, double h) const;
-  double first_memory(double q, double v, double u) const;
+  double first_memory(double q, double v) const;
 };
 
 /// A torque in the joints that is a sum of terms: the posterior mean of Gaussian processes over what the missing torque
@@ -109,7 +113,7 @@ struct Remainder {
   bool operator==(const Remainder&) const = default;
 
   using Memory = std::vector<Held>;  // one per term
-  Memory begin(const JointVector& q, const JointVector& v, const JointVector& u) const;
+  Memory begin(const JointVector& q, const JointVector& v) const;
   void advance(Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u, double h) const;
   JointVector torque(const Memory& memory, const JointVector& q, const JointVector& v, const JointVector& u,
                      double t) const;

@@ -74,4 +74,15 @@ TEST_CASE("A law of few numbers holds where the machine is driven harder than in
     CHECK(errors.before > 10.0 * testing::kPendulumNoise);
     CHECK(errors.after < 0.2 * errors.before);
   }
+  SECTION("history of the input") {
+    const Term swings{TermKind::ring_input, 0, -1, 15.0, 0.12};  // a belt
+    const Term leaks{TermKind::late_input, 0, -1, 0.8, 1.0, 0.0, 1.0, -0.3};
+    const Term now{TermKind::power_input, 0, -1, 1.0, 1.0, 0.0, 1.0, -0.3};
+    const Term slow{TermKind::slew_input, 0, -1, 8.0};
+    const Remainder drive = GENERATE_COPY(Remainder{{swings}, {}}, Remainder{{leaks, now}, {}}, Remainder{{slow}, {}});
+    INFO(names(TermKind{})[static_cast<std::size_t>(drive.terms.front().kind)]);
+    const Errors errors = on_fresh(Machine(kPendulum, {}, drive), kStrength);
+    CHECK(errors.before > 10.0 * testing::kPendulumNoise);
+    CHECK(errors.after < 0.2 * errors.before);
+  }
 }

@@ -40,7 +40,7 @@ TEST_CASE("Beyond what it has seen a remainder of one cause goes on constant, of
     const Remainder remainder{terms, {{-1.0, 1.0, 2.0, 1.5, 10.0}}};
     const JointVector at = JointVector::Constant(1, q), speed = JointVector::Constant(1, v),
                       input = JointVector::Constant(1, u);
-    return remainder.torque(remainder.begin(at, speed, input), at, speed, input, 0.0)[0];
+    return remainder.torque(remainder.begin(at, speed), at, speed, input, 0.0)[0];
   };
   const Term drag{TermKind::sign_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, 3.0};
   const Term amplifier{TermKind::past_input, 0, -1, 1.0, 0.5, 0.3, 1.0, 3.0};
@@ -61,7 +61,7 @@ TEST_CASE("A law of few numbers goes on beyond what was seen, up to the largest 
   const auto torque = [](const std::vector<Term>& terms, double q, double v, double u, double most) {
     const Remainder remainder{terms, {{-1.0, 1.0, 2.0, 1.5, most}}};
     const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
-    return remainder.torque(remainder.begin(one(q), one(v), one(u)), one(q), one(v), one(u), 0.0)[0];
+    return remainder.torque(remainder.begin(one(q), one(v)), one(q), one(v), one(u), 0.0)[0];
   };
   const Term odd{TermKind::power_velocity, 0, -1, 2.0, 1.0, 0.0, 1.0, -0.5};
   const Term even{TermKind::power_input, 0, -1, 0.5, 0.0, 0.0, 1.0, 3.0};
@@ -85,15 +85,14 @@ TEST_CASE("What a term remembers of the past follows what is there now as a firs
   // A low-passed function of u: after a step from 0 to 1 it goes over as 1 - exp(-t / tau).
   constexpr double kTau = 0.4;
   const Term term{TermKind::past_input, 0, -1, 1.0, 0.3, kTau, 1.0, 1.0};
-  const double before = term.first_memory(0.0, 0.0, 0.0), after = term.first_memory(0.0, 0.0, 1.0);
-  CHECK(after == 1.0);
+  const Held before = term.first_memory(0.0, 0.0);
   Held m = before;
   for (int k = 0; k < 50; ++k) m = term.remembered(m, 0.0, 0.0, 1.0, 0.01);
-  CHECK(term.value(0.0, 0.0, -5.0, 0.0, m) == Approx(after + (before - after) * std::exp(-0.5 / kTau)));
+  CHECK(term.value(0.0, 0.0, -5.0, 0.0, m) == Approx(1.0 + (before.real() - 1.0) * std::exp(-0.5 / kTau)));
   // The same of what saturates.
   for (const auto& [kind, v, u] : {std::tuple{TermKind::late_push, 0.0, 1.0}, {TermKind::late_drag, 1.0, 0.0}}) {
     const Term late{kind, 0, -1, 0.5, 1.0, kTau, 1.0, 1.0};
-    Held held = late.first_memory(0.0, 0.0, 0.0);
+    Held held = late.first_memory(0.0, 0.0);
     CHECK(held == Held(0.0));
     for (int k = 0; k < 50; ++k) held = late.remembered(held, 0.0, v, u, 0.01);
     CHECK(late.value(0.0, 0.0, 0.0, 0.0, held) == Approx(std::tanh(2.0) * -std::expm1(-0.5 / kTau)));
@@ -103,7 +102,7 @@ TEST_CASE("What a term remembers of the past follows what is there now as a firs
 TEST_CASE("A relay turns at one position going up and at another going down", "[remainder]") {
   const double centre = 0.3, gap = 0.2;
   const Term relay{TermKind::relay, 0, -1, centre, 1e-3, gap, 1.0, 1.0};
-  Held m = relay.first_memory(-1.0, 0.0, 0.0);
+  Held m = relay.first_memory(-1.0, 0.0);
   const auto at = [&](double q) {
     m = relay.remembered(m, q, 0.0, 0.0, 0.01);
     return relay.value(q, 0.0, 0.0, 0.0, m);
@@ -114,33 +113,53 @@ TEST_CASE("A relay turns at one position going up and at another going down", "[
   CHECK(at(centre - gap - 0.01) == Approx(-1.0));
 }
 
-TEST_CASE("A mass on a spring that the joint carries along swings as its differential equation says", "[remainder]") {
+TEST_CASE(
+    "A mass on a spring that the joint carries along, or that the input drives, swings as its differential "
+    "equation says",
+    "[remainder]") {
   // x'' = w^2 (q - x) - 2 z w x' behind q(t) = sin 2t: x - q in both terms, for w' = sqrt(1 - z^2)
   // x - q = Re(m - q) + (z / w') Im m, if it begins at rest at q.
+  const auto [kind, beside] = GENERATE(std::pair{TermKind::swing, TermKind::swing_beside},
+                                       std::pair{TermKind::ring_input, TermKind::ring_beside});
   const double w = 7.0, z = 0.2, root = std::sqrt(1.0 - z * z), h = 1e-4;
-  const Term real{TermKind::swing, 0, -1, w, z}, imaginary{TermKind::swing_beside, 0, -1, w, z};
-  Held a = real.first_memory(0.0, 0.0, 0.0), b = imaginary.first_memory(0.0, 0.0, 0.0);
+  const Term real{kind, 0, -1, w, z}, imaginary{beside, 0, -1, w, z};
+  Held a = real.first_memory(0.0, 0.0), b = imaginary.first_memory(0.0, 0.0);
   double x = 0.0, v = 0.0, largest = 0.0;
   for (int k = 0; k < 30000; ++k) {
     const double q = std::sin(2.0 * h * (k + 0.5));
-    a = real.remembered(a, q, 0.0, 0.0, h);
-    b = imaginary.remembered(b, q, 0.0, 0.0, h);
+    a = real.remembered(a, q, 0.0, q, h);
+    b = imaginary.remembered(b, q, 0.0, q, h);
     v += h * (w * w * (q - x) - 2.0 * z * w * v);
     x += h * v;
-    const double swings = real.value(q, 0.0, 0.0, 0.0, a) + z / root * imaginary.value(q, 0.0, 0.0, 0.0, b);
+    const double swings = real.value(q, 0.0, q, 0.0, a) + z / root * imaginary.value(q, 0.0, q, 0.0, b);
     if (k % 500 == 0) CHECK(std::abs(swings - (x - q)) < 2e-3);
     largest = std::max(largest, std::abs(x - q));
   }
   CHECK(largest > 0.1);
   // Linear: it goes on beyond what was seen.
   const Remainder remainder{{real}, {{-1.0, 1.0, 2.0, 1.5, 1e300}}};
-  const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
-  Remainder::Memory memory = remainder.begin(one(3.0), one(0.0), one(0.0));
-  remainder.advance(memory, one(5.0), one(0.0), one(0.0), 0.1);
-  Remainder::Memory less = remainder.begin(one(0.3), one(0.0), one(0.0));
-  remainder.advance(less, one(0.5), one(0.0), one(0.0), 0.1);
-  CHECK(remainder.torque(memory, one(5.0), one(0.0), one(0.0), 0.0)[0] ==
-        Approx(10.0 * remainder.torque(less, one(0.5), one(0.0), one(0.0), 0.0)[0]));
+  const auto after = [&](double first, double then) {
+    const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
+    Remainder::Memory memory = remainder.begin(one(first), one(0.0));
+    remainder.advance(memory, one(then), one(0.0), one(then), 0.1);
+    return remainder.torque(memory, one(then), one(0.0), one(then), 0.0)[0];
+  };
+  CHECK(after(3.0, 5.0) == Approx(10.0 * after(0.3, 0.5)));
+}
+
+TEST_CASE("An amplifier of limited slew rate follows a step as a ramp and a slow input exactly", "[remainder]") {
+  constexpr double kRate = 4.0, kStep = 0.01;
+  const Term term{TermKind::slew_input, 0, -1, kRate};
+  Held m = term.first_memory(0.7, -3.0);
+  for (int k = 1; k <= 100; ++k) {
+    m = term.remembered(m, 0.0, 0.0, 2.0, kStep);
+    CHECK(2.0 + term.value(0.0, 0.0, 2.0, 0.0, m) == Approx(std::min(2.0, kRate * kStep * k)));
+  }
+  for (int k = 1; k <= 100; ++k) {
+    const double u = 2.0 - 0.9 * kRate * kStep * k;
+    m = term.remembered(m, 0.0, 0.0, u, kStep);
+    CHECK(term.value(0.0, 0.0, u, 0.0, m) == 0.0);
+  }
 }
 
 TEST_CASE("Joints whose friction and remainder set one another free without end rest until the next sample",
@@ -191,7 +210,7 @@ TEST_CASE("The sum arranged for simulations is the remainder, for terms of every
       x << u(-most, most), u(-most, most);
       return x;
     };
-    Remainder::Memory one = remainder.begin(draw(1.0), draw(1.0), draw(1.0)), other = one;
+    Remainder::Memory one = remainder.begin(draw(1.0), draw(1.0)), other = one;
     for (int k = 0; k < 40; ++k) {
       const JointVector q = draw(1.3), v = draw(2.5), input = draw(2.0);
       const double t = u(0.0, 2.0), h = u(0.001, 0.1);
