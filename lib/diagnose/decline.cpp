@@ -32,11 +32,10 @@ double duration(const std::vector<Segment>& windows, const std::vector<Measured>
 }
 
 /// Errors in free runs over the windows of one fold, RMS.
-std::vector<double> errors_in(const Corrected& model, const Explanation& explanation, int fold,
-                              const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
+std::vector<double> errors_in(const Corrected& model, const Explanation& explanation, const std::vector<int>& folds,
+                              int fold, const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
                               double horizon) {
   const std::vector<Segment>& windows = explanation.measured->response->windows();
-  const std::vector<int> folds = folds_of(windows);
   std::size_t seen = 0;
   const std::size_t every = 1 + static_cast<std::size_t>(duration(windows, data) / horizon) / kMostWindows;
   const auto wanted = [&](const Segment& run) {
@@ -56,9 +55,9 @@ std::vector<double> errors_in(const Corrected& model, const Explanation& explana
 /// as that: a remainder that goes astray where it has learnt nothing is not judged by how far.
 class Choice {
  public:
-  Choice(const Explanation& explanation, const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
-         double horizon)
-      : explanation_(explanation), data_(data), motion_(motion), horizon_(horizon) {}
+  Choice(const Explanation& explanation, const std::vector<int>& folds, const std::vector<Measured>& data,
+         const std::vector<Trajectory>& motion, double horizon)
+      : explanation_(explanation), folds_(folds), data_(data), motion_(motion), horizon_(horizon) {}
 
   /// `remainder`: learnt without the windows of a fold, or from all (-1); `penalty` for what it consists of.
   void consider(const Fit& fit, const Discrepancy::Dependence& remaining, double penalty,
@@ -67,7 +66,7 @@ class Choice {
     std::vector<double> errors;
     for (int fold = 0; fold < kFolds; ++fold) {
       const std::vector<double> more =
-          errors_in({fit.plant, fit.effects, remainder(fold)}, explanation_, fold, data_, motion_, horizon_);
+          errors_in({fit.plant, fit.effects, remainder(fold)}, explanation_, folds_, fold, data_, motion_, horizon_);
       errors.insert(errors.end(), more.begin(), more.end());
     }
     if (worst_ == 0.0) worst_ = *std::max_element(errors.begin(), errors.end());
@@ -84,6 +83,7 @@ class Choice {
 
  private:
   const Explanation& explanation_;
+  const std::vector<int>& folds_;
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& motion_;
   double horizon_;
@@ -101,13 +101,14 @@ double penalty(const RemainderSearch::Basis& basis) {
 
 /// Whether effects are carried by all recordings: with the parameters that the others give them, what is left out fits
 /// not much worse.
-bool is_carried(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
-                const std::vector<Trajectory>& motion, double horizon) {
+bool is_carried(const Fit& fit, const Explanation& explanation, const std::vector<int>& folds,
+                const std::vector<Measured>& data, const std::vector<Trajectory>& motion, double horizon) {
   const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
-  const std::vector<Fit> without = left_out_fits(problem, fit);
+  const std::vector<Fit> without = left_out_fits(problem, fit, folds);
   const auto squares = [&](const Fit& f, int fold) {
     double sum = 0.0;
-    for (const double e : errors_in({f.plant, f.effects, {}}, explanation, fold, data, motion, horizon)) sum += e * e;
+    for (const double e : errors_in({f.plant, f.effects, {}}, explanation, folds, fold, data, motion, horizon))
+      sum += e * e;
     return sum;
   };
   double with_all = 0.0, left_out = 0.0;
@@ -126,16 +127,17 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   const Fit& nominal = explanation.without_effects().fit;
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
-  Choice choice(explanation, data, motion, horizon);
-  const bool with_effects = !best.effects.empty() && is_carried(best, explanation, data, motion, horizon);
+  const std::vector<int> folds = folds_of(*explanation.measured->response, target);
+  Choice choice(explanation, folds, data, motion, horizon);
+  const bool with_effects = !best.effects.empty() && is_carried(best, explanation, folds, data, motion, horizon);
   choice.consider(nominal, whole, 0.0, none);
   if (with_effects) choice.consider(best, beside, 0.0, none);
-  const RemainderSearch in_place(discrepancy, target, whole);
+  const RemainderSearch in_place(discrepancy, target, whole, folds);
   for (const RemainderSearch::Basis& basis : in_place.best()) {
     choice.consider(nominal, whole, penalty(basis), [&](int out) { return in_place.remainder(basis, out); });
   }
   if (with_effects) {
-    const RemainderSearch more(about_best, best.residual, beside);
+    const RemainderSearch more(about_best, best.residual, beside, folds);
     for (const RemainderSearch::Basis& basis : more.best()) {
       choice.consider(best, beside, penalty(basis), [&](int out) { return more.remainder(basis, out); });
     }
@@ -148,9 +150,10 @@ StandIn beside_best(const Explanation& explanation, const std::vector<Measured>&
   const Fit& best = explanation.best().fit;
   const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
-  Choice choice(explanation, data, motion, horizon);
+  const std::vector<int> folds = folds_of(*explanation.linearisation->response, best.residual);
+  Choice choice(explanation, folds, data, motion, horizon);
   choice.consider(best, beside, 0.0, none);
-  const RemainderSearch more(about_best, best.residual, beside);
+  const RemainderSearch more(about_best, best.residual, beside, folds);
   const RemainderSearch::Basis leading = more.leading();
   choice.consider(best, beside, penalty(leading), [&](int out) { return more.remainder(leading, out); });
   return choice.best();

@@ -1,8 +1,31 @@
 #include "diagnose/left_out.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
 
 namespace bayesctrl {
+
+namespace {
+
+constexpr double kNearlyAll = 0.999;  // of the target's squares
+
+}  // namespace
+
+std::vector<int> folds_of(const LinearResponse& response, const Eigen::VectorXd& target) {
+  const std::vector<Segment>& windows = response.windows();
+  std::vector<int> recordings, thirds;
+  std::array<double, kFolds> squares{};
+  for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
+    if (windows[w].recording != windows[first].recording) first = w;
+    recordings.push_back(static_cast<int>(windows[w].recording % kFolds));
+    thirds.push_back(static_cast<int>((w - first) % kFolds));
+    squares[static_cast<std::size_t>(recordings.back())] +=
+        target.segment(response.first_row(w), response.row_count(w)).squaredNorm();
+  }
+  const bool in_one = *std::max_element(squares.begin(), squares.end()) > kNearlyAll * target.squaredNorm();
+  return in_one ? thirds : recordings;
+}
 
 LeftOut::LeftOut(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, const std::vector<int>& fold,
                  int folds) {

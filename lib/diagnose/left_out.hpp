@@ -1,9 +1,14 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <vector>
+#include "diagnose/linear_response.hpp"
 
 namespace bayesctrl {
+
+/// What is left out in turn, for each window of the response: whole recordings, which is how a model will be used.
+/// Where one of these parts holds nearly all of the target (rows), as a single recording does, the others could not say
+/// anything about it, and every third window is left out instead.
+inline constexpr int kFolds = 3;
+std::vector<int> folds_of(const LinearResponse& response, const Eigen::VectorXd& target);
 
 /// Linear models of a target that are judged by parts of it that were left out (cross-validation). What a model cannot
 /// say is no white noise, and the evidence, which takes it for that, lets weights grow until they fit it.

@@ -1,6 +1,6 @@
 #include "diagnose/left_out_fit.hpp"
 
-#include "diagnose/remainder_search.hpp"
+#include "diagnose/left_out.hpp"
 
 namespace bayesctrl {
 
@@ -17,8 +17,8 @@ Eigen::MatrixXd shared_slopes(const FitProblem& problem, Fit& fit) {
 }
 
 /// At the optimum all rows together ask for no step; without some of them the others ask for the opposite of theirs.
-Eigen::VectorXd step_without(int fold, const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& slopes) {
-  const std::vector<int> folds = folds_of(problem.response.windows());
+Eigen::VectorXd step_without(int fold, const std::vector<int>& folds, const FitProblem& problem, const Fit& fit,
+                             const Eigen::MatrixXd& slopes) {
   Eigen::MatrixXd curvature = information(slopes, fit);
   Eigen::VectorXd slope = Eigen::VectorXd::Zero(slopes.cols());
   for (std::size_t w = 0; w < folds.size(); ++w) {
@@ -33,13 +33,13 @@ Eigen::VectorXd step_without(int fold, const FitProblem& problem, const Fit& fit
 
 }  // namespace
 
-std::vector<Fit> left_out_fits(const FitProblem& problem, const Fit& fit) {
+std::vector<Fit> left_out_fits(const FitProblem& problem, const Fit& fit, const std::vector<int>& folds) {
   std::vector<Fit> fits(static_cast<std::size_t>(kFolds), fit);
   if (fit.unknowns.empty()) return fits;
   Fit all = fit;
   const Eigen::MatrixXd slopes = shared_slopes(problem, all);
   for (int fold = 0; fold < kFolds; ++fold) {
-    assign(fits[static_cast<std::size_t>(fold)], values_of(fit) + step_without(fold, problem, all, slopes));
+    assign(fits[static_cast<std::size_t>(fold)], values_of(fit) + step_without(fold, folds, problem, all, slopes));
   }
   return fits;
 }

@@ -17,8 +17,7 @@ constexpr double kGain = 0.8;           // of the squares of what is left out, t
 constexpr std::array<double, 9> kDeviations{1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0};
 
 /// Of every row of the response.
-std::vector<int> folds_of_rows(const LinearResponse& response) {
-  const std::vector<int> folds = folds_of(response.windows());
+std::vector<int> folds_of_rows(const LinearResponse& response, const std::vector<int>& folds) {
   std::vector<int> rows;
   for (std::size_t w = 0; w < folds.size(); ++w) {
     rows.insert(rows.end(), static_cast<std::size_t>(response.row_count(w)), folds[w]);
@@ -28,19 +27,9 @@ std::vector<int> folds_of_rows(const LinearResponse& response) {
 
 }  // namespace
 
-std::vector<int> folds_of(const std::vector<Segment>& windows) {
-  std::vector<int> folds;
-  const bool several = windows.front().recording != windows.back().recording;
-  for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
-    if (windows[w].recording != windows[first].recording) first = w;
-    folds.push_back(static_cast<int>((several ? windows[w].recording : w - first) % kFolds));
-  }
-  return folds;
-}
-
 RemainderSearch::RemainderSearch(const Discrepancy& discrepancy, const Eigen::VectorXd& target,
-                                 const Discrepancy::Dependence& on)
-    : discrepancy_(discrepancy), on_(on) {
+                                 const Discrepancy::Dependence& on, std::vector<int> folds)
+    : discrepancy_(discrepancy), on_(on), folds_(std::move(folds)) {
   const std::vector<Discrepancy::Group>& all = discrepancy.groups();
   std::vector<Eigen::VectorXd> columns;
   for (std::size_t g = 0; g < all.size(); ++g) {
@@ -56,7 +45,7 @@ RemainderSearch::RemainderSearch(const Discrepancy& discrepancy, const Eigen::Ve
   first_.push_back(static_cast<Eigen::Index>(columns.size()));
   Eigen::MatrixXd features(target.size(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t i = 0; i < columns.size(); ++i) features.col(static_cast<Eigen::Index>(i)) = columns[i];
-  left_out_.emplace(features, target, folds_of_rows(*discrepancy.about().response), kFolds);
+  left_out_.emplace(features, target, folds_of_rows(*discrepancy.about().response, folds_), kFolds);
 }
 
 LeftOut::Prior RemainderSearch::prior(const Basis& basis) const {
@@ -141,14 +130,13 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
     term.weight *= weight;
   }
   const std::vector<Segment>& windows = about.response->windows();
-  const std::vector<int> folds = folds_of(windows);
   std::vector<double> largest(result.regions.size(), 0.0);
   for (std::size_t r = 0; r < about.paths.size(); ++r) {
     const Measured& m = about.excitation->data()[r];
     const Trajectory& path = about.paths[r];
     std::vector<bool> learnt(m.samples(), false);
-    for (std::size_t w = 0; w < folds.size(); ++w) {
-      if (windows[w].recording != r || folds[w] == left_out) continue;
+    for (std::size_t w = 0; w < folds_.size(); ++w) {
+      if (windows[w].recording != r || folds_[w] == left_out) continue;
       std::fill_n(learnt.begin() + static_cast<std::ptrdiff_t>(windows[w].first), windows[w].samples(), true);
     }
     Remainder::Memory memory;

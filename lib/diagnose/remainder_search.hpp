@@ -7,17 +7,13 @@
 
 namespace bayesctrl {
 
-/// What is left out in turn, by window: whole recordings, which is how a model will be used; of a single one every
-/// third window.
-inline constexpr int kFolds = 3;
-std::vector<int> folds_of(const std::vector<Segment>& windows);
-
 /// Remainders for what is missing in one joint: of which groups of terms, with weights of which size, is what predicts
 /// left-out recordings best in the linear response.
 class RemainderSearch {
  public:
-  /// `target`: rows of the response that `discrepancy` is about; `on`: what causes it.
-  RemainderSearch(const Discrepancy& discrepancy, const Eigen::VectorXd& target, const Discrepancy::Dependence& on);
+  /// `target`: rows of the response that `discrepancy` is about; `on`: what causes it; `folds` of the windows.
+  RemainderSearch(const Discrepancy& discrepancy, const Eigen::VectorXd& target, const Discrepancy::Dependence& on,
+                  std::vector<int> folds);
 
   /// Groups that a remainder consists of, with the deviation of their weights.
   struct Basis {
@@ -44,6 +40,7 @@ class RemainderSearch {
 
   const Discrepancy& discrepancy_;
   Discrepancy::Dependence on_;
+  std::vector<int> folds_;
   std::vector<std::size_t> groups_;  // that may be used
   std::vector<Term> terms_;          // of all of them
   std::vector<Eigen::Index> first_;  // of each group's terms, and the end

@@ -2,13 +2,46 @@
 
 #include "diagnose/left_out_fit.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "diagnose/explain.hpp"
+#include "diagnose/left_out.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
 using testing::kPendulum, testing::record, testing::whole_catalogue;
+
+namespace {
+
+std::vector<int> by_recording(const FitProblem& problem) {
+  std::vector<int> folds;
+  for (const Segment& window : problem.response.windows()) folds.push_back(static_cast<int>(window.recording));
+  return folds;
+}
+
+}  // namespace
+
+TEST_CASE("Whole recordings are left out unless one of them knows nearly all", "[diagnose][left_out]") {
+  std::vector<Measured> data;
+  for (std::uint64_t r = 0; r < 3; ++r) data.push_back(record(Machine(kPendulum, {}), -1.0, 90 + r));
+  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
+  const LinearResponse& response = *found.measured->response;
+  const std::vector<Segment>& windows = response.windows();
+  // What each recording adds to the target: as much as the others, or all.
+  const auto folds = [&](const std::array<double, 3>& shares) {
+    Eigen::VectorXd target(response.rows());
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      target.segment(response.first_row(w), response.row_count(w)).setConstant(shares[windows[w].recording]);
+    }
+    return folds_of(response, target);
+  };
+  const std::vector<int> several = folds({1.0, 2.0, 1.0}), one = folds({0.01, 3.0, 0.01});
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    CHECK(several[w] == static_cast<int>(windows[w].recording));
+    CHECK(one[w] == static_cast<int>((w % (windows.size() / 3)) % 3));
+  }
+}
 
 TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_out]") {
   const std::vector<Effect> hidden{{ConstantBias{0.05}, 0, -1}, {QuadraticDrag{0.02}, 0, -1}};
@@ -25,7 +58,7 @@ TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_
     const FitProblem problem = problem_about(*found.linearisation, found, recordings, options);
     const Fit best = fit(problem, hidden);
     std::vector<Eigen::VectorXd> values{values_of(best)};
-    for (const Fit& without : left_out_fits(problem, best)) values.push_back(values_of(without));
+    for (const Fit& without : left_out_fits(problem, best, by_recording(problem))) values.push_back(values_of(without));
     return values;
   };
   const std::vector<Eigen::VectorXd> all = fitted(data);
@@ -51,6 +84,6 @@ TEST_CASE("What acts in one recording stays when that one is left out", "[diagno
   const Explanation found = explain(kPendulum, data, options);
   REQUIRE(key(found.best().fit.effects) == key({step}));
   const FitProblem problem = problem_about(*found.linearisation, found, data, options);
-  const Fit without = left_out_fits(problem, found.best().fit)[1];
+  const Fit without = left_out_fits(problem, found.best().fit, by_recording(problem))[1];
   CHECK((values_of(without) - values_of(found.best().fit)).norm() < 1e-12);
 }
