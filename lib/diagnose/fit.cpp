@@ -16,6 +16,7 @@ namespace {
 constexpr double kConverged = 1e-4;       // of half the squares
 constexpr double kShortestStep = 6e-4;    // s, of the integration
 constexpr double kNumericalShare = 0.05;  // of the noise
+constexpr double kJitter = 1.1;           // sample periods that one step may take
 constexpr int kPolishRounds = 8;
 constexpr int kLinearIterations = 8;
 constexpr int kExactIterations = 6;
@@ -285,7 +286,9 @@ double adequate_step(const FitProblem& problem) {
   start.plant = problem.nominal;
   const Machine nominal(start.plant, {});
   FitProblem fine = problem;
-  for (double step = problem.max_step; step > kShortestStep; step *= 0.5) {
+  double period = 0.0;  // from sample to sample: no step is longer, so none need be tried
+  for (const Measured& m : problem.data) period = std::max(period, sample_period(m.time));
+  for (double step = std::min(problem.max_step, kJitter * period); step > kShortestStep; step *= 0.5) {
     fine.max_step = step;
     FitProblem finer = fine;
     finer.max_step = 0.5 * step;

@@ -177,3 +177,27 @@ TEST_CASE("A fit's evidence is a number though its parameters do the same, and n
   weigh(problem, fit, slopes);
   CHECK(fit.log_evidence == -kInfinity);
 }
+
+TEST_CASE("However often a recording is sampled, simulations of it err by less than the noise", "[diagnose][fit]") {
+  const double rate = GENERATE(100.0, 200.0, 400.0);
+  constexpr double kNoise = 2e-5, kSeconds = 6.0;
+  const Plant quick = Pendulum{.length = 0.02, .friction = 1e-4, .mass = 1.0};
+  const Machine machine(quick, {});
+  const auto count = static_cast<Eigen::Index>(kSeconds * rate);
+  Measured data{"test", {}, {}, Eigen::MatrixXd::Zero(count, 1), 0.0, false};
+  for (Eigen::Index k = 0; k < count; ++k) data.time.push_back(static_cast<double>(k) / rate);
+  const auto drives = machine.drives(data.time, data.input);
+  StateVector start(2);
+  start << 2.0, 0.0;
+  const auto run = [&](Eigen::Index last, double step) {
+    return machine.run(start, data.time, drives, 0, static_cast<std::size_t>(last), step);
+  };
+  data.position = run(count - 1, 1e-4);
+  RandomStream random(7);
+  for (double& x : data.position.reshaped()) x += kNoise * draw_normal(random);
+  const Explanation found = explain(quick, {data}, {{}, {}});
+  const auto second = static_cast<Eigen::Index>(rate);
+  const Eigen::MatrixXd error = run(second, found.max_step) - run(second, 1e-4);
+  CAPTURE(rate, found.max_step);
+  CHECK(std::sqrt(error.squaredNorm() / static_cast<double>(error.size())) < 0.1 * kNoise);
+}
