@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "diagnose/free_runs.hpp"
 #include "diagnose/left_out_fit.hpp"
@@ -31,33 +32,38 @@ double duration(const std::vector<Segment>& windows, const std::vector<Measured>
   return sum;
 }
 
-/// Errors in free runs over the windows of one fold, RMS.
-std::vector<double> errors_in(const Corrected& model, const Explanation& explanation, const std::vector<int>& folds,
-                              int fold, const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
-                              double horizon) {
-  const std::vector<Segment>& windows = explanation.measured->response->windows();
-  std::size_t seen = 0;
-  const std::size_t every = 1 + static_cast<std::size_t>(duration(windows, data) / horizon) / kMostWindows;
-  const auto wanted = [&](const Segment& run) {
-    if (seen++ % every != 0) return false;
-    for (std::size_t w = 0; w < windows.size(); ++w) {
-      if (windows[w].recording != run.recording || run.first < windows[w].first || run.first > windows[w].last)
-        continue;
-      return folds[w] == fold;
-    }
-    return false;
-  };
-  const double step = std::max(explanation.max_step, kCoarseStep);
-  return free_runs(model, data, motion, horizon, false, step, wanted).window_rms;
+Remainder none(int) { return {}; }
+
+double penalty(const RemainderSearch::Basis& basis) {
+  return kPerGroup * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
+         (basis.law ? 0.0 : kManyTerms);
 }
 
 /// Keeps what predicts windows best that were left out. What is worse than the worst window of the first model counts
 /// as that: a remainder that goes astray where it has learnt nothing is not judged by how far.
 class Choice {
  public:
-  Choice(const Explanation& explanation, const std::vector<int>& folds, const std::vector<Measured>& data,
+  Choice(const Explanation& explanation, std::vector<int> folds, const std::vector<Measured>& data,
          const std::vector<Trajectory>& motion, double horizon)
-      : explanation_(explanation), folds_(folds), data_(data), motion_(motion), horizon_(horizon) {}
+      : explanation_(explanation), folds_(std::move(folds)), data_(data), motion_(motion), horizon_(horizon) {}
+
+  /// Whether effects are carried by all recordings: with the parameters that the others give them, what is left out
+  /// fits not much worse.
+  bool is_carried(const Fit& fit) const {
+    const FitProblem problem = problem_about(*explanation_.linearisation, explanation_, data_, {});
+    const std::vector<Fit> without = left_out_fits(problem, fit, folds_);
+    const auto squares = [&](const Fit& f, int fold) {
+      double sum = 0.0;
+      for (const double error : errors_in({f.plant, f.effects, {}}, fold)) sum += error * error;
+      return sum;
+    };
+    double with_all = 0.0, left_out = 0.0;
+    for (int fold = 0; fold < kFolds; ++fold) {
+      with_all += squares(fit, fold);
+      left_out += squares(without[static_cast<std::size_t>(fold)], fold);
+    }
+    return left_out < kCarried * kCarried * with_all;
+  }
 
   /// `remainder`: learnt without the windows of a fold, or from all (-1); `penalty` for what it consists of.
   void consider(const Fit& fit, const Discrepancy::Dependence& remaining, double penalty,
@@ -65,8 +71,7 @@ class Choice {
     if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
     std::vector<double> errors;
     for (int fold = 0; fold < kFolds; ++fold) {
-      const std::vector<double> more =
-          errors_in({fit.plant, fit.effects, remainder(fold)}, explanation_, folds_, fold, data_, motion_, horizon_);
+      const std::vector<double> more = errors_in({fit.plant, fit.effects, remainder(fold)}, fold);
       errors.insert(errors.end(), more.begin(), more.end());
     }
     if (worst_ == 0.0) worst_ = *std::max_element(errors.begin(), errors.end());
@@ -79,11 +84,30 @@ class Choice {
     best_ = {fit, remainder(-1), remaining};
   }
 
+  const std::vector<int>& folds() const { return folds_; }
   const StandIn& best() const { return best_; }
 
  private:
+  /// Errors in free runs over the windows of one fold, RMS.
+  std::vector<double> errors_in(const Corrected& model, int fold) const {
+    const std::vector<Segment>& windows = explanation_.measured->response->windows();
+    std::size_t seen = 0;
+    const std::size_t every = 1 + static_cast<std::size_t>(duration(windows, data_) / horizon_) / kMostWindows;
+    const auto wanted = [&](const Segment& run) {
+      if (seen++ % every != 0) return false;
+      for (std::size_t w = 0; w < windows.size(); ++w) {
+        if (windows[w].recording != run.recording || run.first < windows[w].first || run.first > windows[w].last)
+          continue;
+        return folds_[w] == fold;
+      }
+      return false;
+    };
+    const double step = std::max(explanation_.max_step, kCoarseStep);
+    return free_runs(model, data_, motion_, horizon_, false, step, wanted).window_rms;
+  }
+
   const Explanation& explanation_;
-  const std::vector<int>& folds_;
+  std::vector<int> folds_;  // of the windows
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& motion_;
   double horizon_;
@@ -92,52 +116,24 @@ class Choice {
   StandIn best_;
 };
 
-Remainder none(int) { return {}; }
-
-double penalty(const RemainderSearch::Basis& basis) {
-  return kPerGroup * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
-         (basis.law ? 0.0 : kManyTerms);
-}
-
-/// Whether effects are carried by all recordings: with the parameters that the others give them, what is left out fits
-/// not much worse.
-bool is_carried(const Fit& fit, const Explanation& explanation, const std::vector<int>& folds,
-                const std::vector<Measured>& data, const std::vector<Trajectory>& motion, double horizon) {
-  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, {});
-  const std::vector<Fit> without = left_out_fits(problem, fit, folds);
-  const auto squares = [&](const Fit& f, int fold) {
-    double sum = 0.0;
-    for (const double e : errors_in({f.plant, f.effects, {}}, explanation, folds, fold, data, motion, horizon))
-      sum += e * e;
-    return sum;
-  };
-  double with_all = 0.0, left_out = 0.0;
-  for (int fold = 0; fold < kFolds; ++fold) {
-    with_all += squares(fit, fold);
-    left_out += squares(without[static_cast<std::size_t>(fold)], fold);
-  }
-  return left_out < kCarried * kCarried * with_all;
-}
-
 }  // namespace
 
-StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Eigen::VectorXd& target,
-                 const std::vector<Measured>& data, const std::vector<Trajectory>& motion, double horizon) {
+StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Discrepancy& about_best,
+                 const Eigen::VectorXd& target, const std::vector<Measured>& data,
+                 const std::vector<Trajectory>& motion, double horizon) {
   const Fit& best = explanation.best().fit;
   const Fit& nominal = explanation.without_effects().fit;
-  const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
-  const std::vector<int> folds = folds_of(*explanation.measured->response, target);
-  Choice choice(explanation, folds, data, motion, horizon);
-  const bool with_effects = !best.effects.empty() && is_carried(best, explanation, folds, data, motion, horizon);
+  Choice choice(explanation, folds_of(*explanation.measured->response, target), data, motion, horizon);
+  const bool with_effects = !best.effects.empty() && choice.is_carried(best);
   choice.consider(nominal, whole, 0.0, none);
   if (with_effects) choice.consider(best, beside, 0.0, none);
-  const RemainderSearch in_place(discrepancy, target, whole, folds);
+  const RemainderSearch in_place(discrepancy, target, whole, choice.folds());
   for (const RemainderSearch::Basis& basis : in_place.best()) {
     choice.consider(nominal, whole, penalty(basis), [&](int out) { return in_place.remainder(basis, out); });
   }
   if (with_effects) {
-    const RemainderSearch more(about_best, best.residual, beside, folds);
+    const RemainderSearch more(about_best, best.residual, beside, choice.folds());
     for (const RemainderSearch::Basis& basis : more.best()) {
       choice.consider(best, beside, penalty(basis), [&](int out) { return more.remainder(basis, out); });
     }
@@ -145,15 +141,13 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
   return choice.best();
 }
 
-StandIn beside_best(const Explanation& explanation, const std::vector<Measured>& data,
+StandIn beside_best(const Explanation& explanation, const Discrepancy& about_best, const std::vector<Measured>& data,
                     const std::vector<Trajectory>& motion, double horizon) {
   const Fit& best = explanation.best().fit;
-  const Discrepancy about_best(*explanation.linearisation, data);
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
-  const std::vector<int> folds = folds_of(*explanation.linearisation->response, best.residual);
-  Choice choice(explanation, folds, data, motion, horizon);
+  Choice choice(explanation, folds_of(*explanation.linearisation->response, best.residual), data, motion, horizon);
   choice.consider(best, beside, 0.0, none);
-  const RemainderSearch more(about_best, best.residual, beside, folds);
+  const RemainderSearch more(about_best, best.residual, beside, choice.folds());
   const RemainderSearch::Basis leading = more.leading();
   choice.consider(best, beside, penalty(leading), [&](int out) { return more.remainder(leading, out); });
   return choice.best();

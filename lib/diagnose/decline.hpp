@@ -12,13 +12,15 @@ struct StandIn {
 };
 
 /// Of the nominal and the best explanation, each with and without a remainder, what predicts blocks of the training
-/// recordings best that were left out when it was learnt. `target`: rows of `explanation.measured` that are to be
-/// explained; `motion`: smoothed recordings.
-StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Eigen::VectorXd& target,
-                 const std::vector<Measured>& data, const std::vector<Trajectory>& motion, double horizon);
+/// recordings best that were left out when it was learnt. `discrepancy` is about `explanation.measured`, `about_best`
+/// about `explanation.linearisation`; `target`: rows of the former that are to be explained; `motion`: smoothed
+/// recordings.
+StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Discrepancy& about_best,
+                 const Eigen::VectorXd& target, const std::vector<Measured>& data,
+                 const std::vector<Trajectory>& motion, double horizon);
 
 /// The same beside the best explanation alone: its remainder, empty where it predicts nothing.
-StandIn beside_best(const Explanation& explanation, const std::vector<Measured>& data,
+StandIn beside_best(const Explanation& explanation, const Discrepancy& about_best, const std::vector<Measured>& data,
                     const std::vector<Trajectory>& motion, double horizon);
 
 }  // namespace bayesctrl

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "base/format.hpp"
 #include "diagnose/decline.hpp"
@@ -184,9 +185,13 @@ Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
     if (named_something) odds = discrepancy.beside(missing.columns, missing.target, options.penalty);
     const bool earned = named_something && odds.log_odds > kEarned;
     if (!earned || share > kMaterial) verdict = Verdict::unknown;
-    const StandIn found = verdict == Verdict::unknown
-                              ? stand_in(explanation, discrepancy, missing.target, data, smoothed, spec.horizon)
-                              : beside_best(explanation, data, smoothed, spec.horizon);
+    std::optional<Discrepancy> anew;
+    if (explanation.linearisation != explanation.measured) anew.emplace(about, data);
+    const Discrepancy& about_best = anew ? *anew : discrepancy;
+    const StandIn found =
+        verdict == Verdict::unknown
+            ? stand_in(explanation, discrepancy, about_best, missing.target, data, smoothed, spec.horizon)
+            : beside_best(explanation, about_best, data, smoothed, spec.horizon);
     said_fit = found.fit;
     remainder = found.remainder;
     left = found.remaining;

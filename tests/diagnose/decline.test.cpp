@@ -33,8 +33,9 @@ Errors on_fresh(const Machine& machine, double strength) {
   std::vector<Trajectory> motion, fresh_motion;
   for (const Measured& m : data) motion.push_back(smooth(kPendulum, m, found.noise, prior));
   for (const Measured& m : fresh) fresh_motion.push_back(smooth(kPendulum, m, found.noise, prior));
-  const Discrepancy discrepancy(*found.measured, data);
-  const StandIn stands = stand_in(found, discrepancy, found.measured->response->target(), data, motion, 1.0);
+  const Discrepancy discrepancy(*found.measured, data), about_best(*found.linearisation, data);
+  const StandIn stands =
+      stand_in(found, discrepancy, about_best, found.measured->response->target(), data, motion, 1.0);
   const auto error = [&](const Corrected& model) {
     return free_runs(model, fresh, fresh_motion, 1.0, true, found.max_step).rms;
   };
