@@ -13,7 +13,8 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kConverged = 1e-4;       // of half the squares
+constexpr double kGain = 0.1;             // nats that a step must gain, else it was the last,
+constexpr double kGainOfRest = 1e-3;      // and of half the squares that are left
 constexpr double kShortestStep = 6e-4;    // s, of the integration
 constexpr double kNumericalShare = 0.05;  // of the noise
 constexpr double kJitter = 1.1;           // sample periods that one step may take
@@ -26,7 +27,12 @@ constexpr double kMuch = 0.5;      // of the squares, that is left when starts a
 constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
-constexpr double kUnusual = 1.0;   // standard deviations of a window's squares, beyond which its start is polished
+constexpr double kUnusual = 1.0;   // standard deviations of squares that noise alone explains
+
+/// What so many rows of noise leave at most.
+double usual_squares(Eigen::Index rows) {
+  return static_cast<double>(rows) + kUnusual * std::sqrt(2.0 * static_cast<double>(rows));
+}
 
 /// Simulates, moves the starts to where they explain the rest best by the linear response, simulates again.
 void simulate(const FitProblem& problem, Fit& fit, int rounds) {
@@ -48,7 +54,7 @@ void polish(const FitProblem& problem, Fit& fit) {
   const Runs runs(problem, fit);
   for (std::size_t w = 0; w < fit.starts.size(); ++w) {
     const Eigen::Index first = problem.response.first_row(w), size = problem.response.row_count(w);
-    const double usual = static_cast<double>(size) + kUnusual * std::sqrt(2.0 * static_cast<double>(size));
+    const double usual = usual_squares(size);
     const bool simple = fit.starts[w].size() == 2 * joints(fit.plant);
     if (simple && fit.residual.segment(first, size).squaredNorm() <= usual) continue;
     const WindowStart x = fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, fit.starts[w],
@@ -141,7 +147,7 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
       damping = std::max(10.0 * damping, 1e-2);
       if (gained > -1e-3) break;
     }
-    if (gained < std::max(0.01, kConverged * 0.5 * current.squares)) break;
+    if (gained < std::max(kGain, kGainOfRest * 0.5 * (current.squares - usual_squares(problem.response.rows())))) break;
   }
   return slopes;
 }
@@ -314,8 +320,7 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   Fit current = begin(problem, std::move(effects), starts);
 
   // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
-  const auto rows = static_cast<double>(problem.response.rows());
-  const double usual = rows + kUnusual * std::sqrt(2.0 * rows);
+  const double usual = usual_squares(problem.response.rows());
   for (int round = 0; round < kRounds; ++round) {
     descend(problem, current, false, kLinearIterations);
     const double before = current.squares;

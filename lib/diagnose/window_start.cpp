@@ -9,9 +9,9 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kPieces = 4;        // of a step whose input is a straight line
-constexpr double kLittle = 1e-5;  // of the squares, gained by a round: enough
-constexpr double kMuch = 0.1;     // beyond which the slopes are formed anew
+constexpr int kPieces = 4;            // of a step whose input is a straight line
+constexpr double kLittle = 1e-3;      // of the squares: no round that gains less is worth it
+constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the slopes promised: they hold further
 
 }  // namespace
 
@@ -68,12 +68,14 @@ WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& 
     curvature.diagonal() += weight;
     const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped() - weight.cwiseProduct(x);
     const double before = cost(rest, x), largest = curvature.diagonal().maxCoeff();
-    double gained = 0.0;
+    double gained = 0.0, promised = 0.0;
     for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
       Eigen::MatrixXd damped = curvature;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-14 * largest;
-      const WindowStart next = x + WindowStart(damped.ldlt().solve(gradient));
+      const WindowStart change = damped.ldlt().solve(gradient), next = x + change;
+      promised = 2.0 * change.dot(gradient) - change.dot(curvature * change);
+      if (promised <= kLittle * before) return x;
       Eigen::MatrixXd tried;
       try {
         tried = rest_of(next);
@@ -92,7 +94,7 @@ WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& 
       if (!slopes_hold || gained > 0.0) break;
       slopes_hold = false;
     } else {
-      slopes_hold = gained < kMuch * before;
+      slopes_hold = std::abs(gained - promised) < kAsPromised * promised;
     }
   }
   return x;

@@ -68,7 +68,7 @@ inline std::string unit_for(const Plant& plant, std::string_view shared) {
 
 /// a(x) and b(x) at x = [q, v].
 inline Affine affine(const Plant& plant, const JointVector& q, const JointVector& v) {
-  return std::visit([&](const auto& p) { return p.affine(q, v); }, plant);
+  return std::visit([&](const auto& p) -> Affine { return p.affine(q, v); }, plant);
 }
 
 /// Nominal mechanics at one instant; the number of joints may be a constant.
@@ -106,9 +106,8 @@ MotionOf<kJoints> motion_of(const Plant& plant, const Joints<kJoints>& q, const 
         if constexpr (requires { p.mobility(q, v); }) {
           return {p.acceleration(q, v, u, t), p.mobility(q, v)};
         } else if constexpr (kJoints == Eigen::Dynamic || kJoints == P::kJoints) {  // inputs are torques
-          const Affine nominal = p.affine(q, v);
-          const JointsSquare<kJoints> mobility = nominal.gain;
-          return {Joints<kJoints>(nominal.drift) + moved_by<kJoints>(mobility, u), mobility};
+          const AffineOf<kJoints> nominal = p.affine(q, v);
+          return {nominal.drift + moved_by<kJoints>(nominal.gain, u), nominal.gain};
         } else {
           return {};
         }
@@ -123,9 +122,19 @@ inline Motion motion(const Plant& plant, const JointVector& q, const JointVector
 /// Torque of gravity and springs along q: what would move the joints from rest without input.
 template <int kJoints>
 Joints<kJoints> external_torque_of(const Plant& plant, const Joints<kJoints>& q) {
-  const Joints<kJoints> none = Joints<kJoints>::Zero(q.size());
-  const MotionOf<kJoints> still = motion_of<kJoints>(plant, q, none, none, 0.0);
-  return moving<kJoints>(still.mobility, still.acceleration);
+  const auto from_rest = [&]() -> Joints<kJoints> {
+    const Joints<kJoints> none = Joints<kJoints>::Zero(q.size());
+    const MotionOf<kJoints> still = motion_of<kJoints>(plant, q, none, none, 0.0);
+    return moving<kJoints>(still.mobility, still.acceleration);
+  };
+  return std::visit(
+      [&]<class P>(const P& p) -> Joints<kJoints> {
+        if constexpr (requires { p.external_torque(q); }) {  // which says it directly
+          if constexpr (kJoints == Eigen::Dynamic || kJoints == P::kJoints) return p.external_torque(q);
+        }
+        return from_rest();
+      },
+      plant);
 }
 
 inline JointVector external_torque(const Plant& plant, const JointVector& q) {

@@ -19,8 +19,8 @@ struct Mass {
     field("friction", self.friction, {kNonNegative, "N s/m", "viscous friction"});
   }
 
-  Affine affine(const JointVector& /*q*/, const JointVector& v) const {
-    return Affine::scalar(-friction / mass * v[0], 1.0 / mass);
+  AffineOf<1> affine(const Joints<1>& /*q*/, const Joints<1>& v) const {
+    return AffineOf<1>::scalar(-friction / mass * v[0], 1.0 / mass);
   }
 
   bool operator==(const Mass&) const = default;

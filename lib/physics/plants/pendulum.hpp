@@ -37,11 +37,16 @@ struct Pendulum {
     return friction_amplitude <= friction ? "" : "friction_amplitude exceeds friction: friction would turn negative";
   }
 
-  Affine affine(const JointVector& q, const JointVector& v) const {
+  AffineOf<1> affine(const Joints<1>& q, const Joints<1>& v) const {
     const double inertia = mass * length * length;
     const double r =
         friction_amplitude == 0.0 ? friction : friction + friction_amplitude * std::cos(q[0] - friction_centre);
-    return Affine::scalar(-gravity / length * std::sin(q[0]) - r / inertia * v[0], 1.0 / inertia);
+    return AffineOf<1>::scalar(-gravity / length * std::sin(q[0]) - r / inertia * v[0], 1.0 / inertia);
+  }
+
+  /// Torque of gravity along q.
+  Joints<1> external_torque(const Joints<1>& q) const {
+    return Joints<1>::Constant(-mass * gravity * length * std::sin(q[0]));
   }
 
   bool operator==(const Pendulum&) const = default;

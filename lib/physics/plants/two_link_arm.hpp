@@ -41,27 +41,35 @@ struct TwoLinkArm {
     field("gravity", self.gravity, {kAny, "m/s^2", "acceleration of gravity"});
   }
 
-  Affine affine(const JointVector& q, const JointVector& v) const {
-    const double coupling = mass2 * length1 * com2;
-    const double m11 = inertia1 + inertia2 + mass2 * length1 * length1 + 2.0 * coupling * std::cos(q[1]) +
+  AffineOf<2> affine(const Joints<2>& q, const Joints<2>& v) const {
+    const double coupling = mass2 * length1 * com2, sin2 = std::sin(q[1]), cos2 = std::cos(q[1]);
+    const double m11 = inertia1 + inertia2 + mass2 * length1 * length1 + 2.0 * coupling * cos2 +
                        (gear_ratio * gear_ratio + 1.0) * rotor_inertia;
-    const double m12 = inertia2 + coupling * std::cos(q[1]) - gear_ratio * rotor_inertia;
+    const double m12 = inertia2 + coupling * cos2 - gear_ratio * rotor_inertia;
     const double m22 = inertia2 + gear_ratio * gear_ratio * rotor_inertia;
-    const double h = coupling * std::sin(q[1]);
-    const double g2 = mass2 * gravity * com2 * std::sin(q[0] + q[1]);
-    const double g1 = (mass1 * com1 + mass2 * length1) * gravity * std::sin(q[0]) + g2;
-    const double torque1 = h * v[1] * (2.0 * v[0] + v[1]) - g1 - friction1 * v[0];
-    const double torque2 = -h * v[0] * v[0] - g2 - friction2 * v[1];
+    const double h = coupling * sin2;
+    const Joints<2> external = external_torque(q[0], sin2, cos2);
+    const double torque1 = h * v[1] * (2.0 * v[0] + v[1]) + external[0] - friction1 * v[0];
+    const double torque2 = -h * v[0] * v[0] + external[1] - friction2 * v[1];
 
-    const double determinant = m11 * m22 - m12 * m12;
-    Affine result{JointVector(2), JointMatrix(2, 2)};
-    result.gain << m22 / determinant, -m12 / determinant, -m12 / determinant, m11 / determinant;
-    result.drift << result.gain(0, 0) * torque1 + result.gain(0, 1) * torque2,
-        result.gain(1, 0) * torque1 + result.gain(1, 1) * torque2;
+    const double scale = 1.0 / (m11 * m22 - m12 * m12);
+    const double gain11 = scale * m22, gain12 = -scale * m12, gain22 = scale * m11;
+    AffineOf<2> result;
+    result.drift << gain11 * torque1 + gain12 * torque2, gain12 * torque1 + gain22 * torque2;
+    result.gain << gain11, gain12, gain12, gain22;
     return result;
   }
 
+  /// Torque of gravity along q.
+  Joints<2> external_torque(const Joints<2>& q) const { return external_torque(q[0], std::sin(q[1]), std::cos(q[1])); }
+
   bool operator==(const TwoLinkArm&) const = default;
+
+ private:
+  Joints<2> external_torque(double q1, double sin2, double cos2) const {
+    const double sin1 = std::sin(q1), of_link2 = -mass2 * gravity * com2 * (sin1 * cos2 + std::cos(q1) * sin2);
+    return {of_link2 - (mass1 * com1 + mass2 * length1) * gravity * sin1, of_link2};
+  }
 };
 
 }  // namespace bayesctrl
