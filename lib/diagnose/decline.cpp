@@ -20,6 +20,7 @@ constexpr double kCoarseStep = 4e-3;      // s, of the integration
 constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
 constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error,
 constexpr double kManyTerms = 0.1;        // and what is no law
+constexpr double kNoImitation = 0.1;      // of the squares that the present leaves, which the past then leaves
 constexpr double kCarried = 3.0;          // times the error, of a recording by what the others say: no more
 
 /// Seconds of all windows.
@@ -33,6 +34,20 @@ double duration(const std::vector<Segment>& windows, const std::vector<Measured>
 }
 
 Remainder none(int) { return {}; }
+
+/// With what predicts left-out recordings, products of causes included. The past, which can imitate the present, counts
+/// where it leaves but a small part of what that leaves.
+Discrepancy::Dependence judged(Discrepancy::Dependence on, const Shares& predicted) {
+  double present = 0.0;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (static_cast<Cause>(i) != Cause::history) present = std::max(present, predicted[i]);
+  }
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (static_cast<Cause>(i) == Cause::history && 1.0 - predicted[i] > kNoImitation * (1.0 - present)) continue;
+    on.explained[i] = std::max(on.explained[i], predicted[i]);
+  }
+  return on;
+}
 
 double penalty(const RemainderSearch::Basis& basis) {
   return kPerGroup * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
@@ -81,7 +96,7 @@ class Choice {
                         kEffects * double(!fit.effects.empty()) + penalty;
     if (!(cost < lowest_ - kWorthwhile)) return;
     lowest_ = cost;
-    best_ = {fit, remainder(-1), remaining};
+    best_ = {fit, remainder(-1), remaining, {}};
   }
 
   const std::vector<int>& folds() const { return folds_; }
@@ -123,22 +138,26 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
                  const std::vector<Trajectory>& motion, double horizon) {
   const Fit& best = explanation.best().fit;
   const Fit& nominal = explanation.without_effects().fit;
-  const Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
+  Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
   Choice choice(explanation, folds_of(*explanation.measured->response, target), data, motion, horizon);
   const bool with_effects = !best.effects.empty() && choice.is_carried(best);
+  RemainderSearch in_place(discrepancy, target, whole, choice.folds());
+  whole = judged(whole, in_place.predicted());
   choice.consider(nominal, whole, 0.0, none);
   if (with_effects) choice.consider(best, beside, 0.0, none);
-  const RemainderSearch in_place(discrepancy, target, whole, choice.folds());
   for (const RemainderSearch::Basis& basis : in_place.best()) {
     choice.consider(nominal, whole, penalty(basis), [&](int out) { return in_place.remainder(basis, out); });
   }
   if (with_effects) {
-    const RemainderSearch more(about_best, best.residual, beside, choice.folds());
+    RemainderSearch more(about_best, best.residual, beside, choice.folds());
+    beside = judged(beside, more.predicted());
     for (const RemainderSearch::Basis& basis : more.best()) {
       choice.consider(best, beside, penalty(basis), [&](int out) { return more.remainder(basis, out); });
     }
   }
-  return choice.best();
+  StandIn result = choice.best();
+  result.whole = whole;
+  return result;
 }
 
 StandIn beside_best(const Explanation& explanation, const Discrepancy& about_best, const std::vector<Measured>& data,

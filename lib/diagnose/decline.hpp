@@ -9,6 +9,7 @@ struct StandIn {
   Fit fit;                            // nominal, or with the effects of the best explanation
   Remainder remainder;                // beside it; may be empty
   Discrepancy::Dependence remaining;  // what that which `fit` leaves depends on
+  Discrepancy::Dependence whole;      // and what the nominal leaves
 };
 
 /// Of the nominal and the best explanation, each with and without a remainder, what predicts blocks of the training

@@ -176,7 +176,8 @@ Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
   Verdict verdict = named_something ? Verdict::named : Verdict::nothing_missing;
   Fit said_fit = best;  // the model that is stated
   Remainder remainder;
-  Discrepancy::Dependence left;
+  std::optional<Discrepancy::Dependence> whole;  // what all that is missing depends on,
+  Discrepancy::Dependence left;                  // and what the stated model leaves
   double share = 0.0;
   if (significant) {
     share = error_beyond_noise(best, explanation, data, smoothed, spec.horizon) /
@@ -195,6 +196,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
     said_fit = found.fit;
     remainder = found.remainder;
     left = found.remaining;
+    if (verdict == Verdict::unknown) whole = found.whole;
   }
   if (verdict == Verdict::named && alike.probability < kConfident) verdict = Verdict::ambiguous;
   const Corrected corrected{said_fit.plant, said_fit.effects, {}};
@@ -210,11 +212,10 @@ Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
   mismatch["explained_by_parameters"] = parameters_explain;
   if (detected) {
     mismatch["time"] = times_json(significant_times(explanation, data, smoothed), data);
-    const Discrepancy::Dependence whole = discrepancy.dependence(missing.target);
-    mismatch["depends_on"] = shares_json(whole.shares);
-    mismatch["joint"] = whole.joint + 1;
-    const auto lead = std::max_element(whole.shares.begin(), whole.shares.end()) - whole.shares.begin();
-    mismatch["channel"] = lead == static_cast<int>(Cause::input) ? "input" : "drift";
+    if (!whole) whole = discrepancy.dependence(missing.target);
+    mismatch["depends_on"] = shares_json(whole->shares());
+    mismatch["joint"] = whole->joint + 1;
+    mismatch["channel"] = whole->leads() == Cause::input ? "input" : "drift";
     if (say_effects) {
       const Effect& main = best.effects[strongest(explanation)];
       mismatch["channel"] = channel(main.form);
@@ -244,7 +245,7 @@ Diagnosis diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
     if (json["alternatives"].size() >= 10) break;
   }
   if (significant && verdict != Verdict::nothing_missing) {
-    json["remainder"] = {{"share", std::min(1.0, share * share)}, {"depends_on", shares_json(left.shares)}};
+    json["remainder"] = {{"share", std::min(1.0, share * share)}, {"depends_on", shares_json(left.shares())}};
   }
   for (const std::string& name : parameter_names(nominal)) {
     const std::vector<std::string>& free = spec.model.free;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kShapes = 8;    // of each effect that is weighed against a discrepancy
 constexpr std::size_t kKinds = 3;     // of discrepancy that effects are weighed against
+constexpr double kAllBut = 0.02;      // a cause that leaves so little explains all
 constexpr double kHistoryGain = 5.0;  // squares for each of its terms, that the past must explain beyond the present
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 constexpr double kRound = 1e-11;  // of the largest square, added so that dependent columns have a factor
@@ -155,15 +156,24 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
     // counts for what it explains beyond.
     const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && (alone[4] - present) * beyond > kHistoryGain * terms;
     if (!needed) alone[4] = std::max(0.0, alone[4] - present);
-    // What explains all but a little is much more likely the cause than what explains half.
-    double sum = 0.0;
-    for (double& part : alone) {
-      part = part / (1.02 - part);
-      sum += part;
-    }
-    for (std::size_t i = 0; i < 5; ++i) best.shares[i] = sum > 0.0 ? alone[i] / sum : 0.0;
+    best.explained = alone;
   }
   return best;
+}
+
+Shares Discrepancy::Dependence::shares() const {
+  Shares result = explained;
+  double sum = 0.0;
+  for (double& part : result) {
+    part = part / (1.0 + kAllBut - part);
+    sum += part;
+  }
+  for (double& part : result) part = sum > 0.0 ? part / sum : 0.0;
+  return result;
+}
+
+Cause Discrepancy::Dependence::leads() const {
+  return static_cast<Cause>(std::max_element(explained.begin(), explained.end()) - explained.begin());
 }
 
 Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,

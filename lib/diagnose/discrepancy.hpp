@@ -7,7 +7,7 @@
 
 namespace bayesctrl {
 
-/// Shares of a missing torque that each cause explains alone; they sum to 1 (or are all 0).
+/// One number per cause.
 using Shares = std::array<double, 5>;
 
 /// A Gaussian process of the missing torque along a known motion, as features with normal weights (Kennedy & O'Hagan
@@ -23,10 +23,13 @@ class Discrepancy {
 
   /// What each cause explains alone of `target` (rows of the response), for the best joint.
   struct Dependence {
-    Shares shares{};
+    Shares explained{};  // of the squares beyond the noise, 0 to 1
     int joint = 0;
 
-    Cause leads() const { return static_cast<Cause>(std::max_element(shares.begin(), shares.end()) - shares.begin()); }
+    /// Of a missing torque; they sum to 1 (or are all 0). What explains all but a little is much more likely the cause
+    /// than what explains half.
+    Shares shares() const;
+    Cause leads() const;
   };
   Dependence dependence(const Eigen::VectorXd& target) const;
 

@@ -71,14 +71,36 @@ void RemainderSearch::with_best_deviation(Basis& basis) const {
   }
 }
 
-std::vector<RemainderSearch::Basis> RemainderSearch::best() const {
+const RemainderSearch::Basis& RemainderSearch::alone(std::size_t group) {
+  const auto [at, is_new] = alone_.try_emplace(group);
+  if (is_new) {
+    at->second.groups = {group};
+    at->second.deviations = {1.0};
+    with_best_deviation(at->second);
+  }
+  return at->second;
+}
+
+Shares RemainderSearch::predicted() {
+  const double noise = static_cast<double>(discrepancy_.about().response->rows());
+  const double beyond = std::max(left_out_->all() - noise, 1e-9);
+  Shares result{};
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Discrepancy::Group& group = discrepancy_.groups()[groups_[g]];
+    double& part = result[static_cast<std::size_t>(group.cause)];
+    part = std::max(part, std::min((left_out_->all() - alone(g).left) / beyond, 1.0));
+  }
+  return result;
+}
+
+std::vector<RemainderSearch::Basis> RemainderSearch::best() {
   std::vector<Basis> result = best_of(true);
   const std::vector<Basis> others = best_of(false);
   result.insert(result.end(), others.begin(), others.end());
   return result;
 }
 
-std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool laws) const {
+std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool laws) {
   std::vector<Basis> path;
   Basis chosen;
   chosen.law = laws;
@@ -89,9 +111,14 @@ std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool laws) const {
       if ((discrepancy_.groups()[groups_[g]].use == TermUse::law) != laws) continue;
       if (std::find(chosen.groups.begin(), chosen.groups.end(), g) != chosen.groups.end()) continue;
       Basis more = chosen;
-      more.groups.push_back(g);
-      more.deviations.push_back(1.0);
-      with_best_deviation(more);
+      if (chosen.groups.empty()) {
+        more = alone(g);
+        more.law = laws;
+      } else {
+        more.groups.push_back(g);
+        more.deviations.push_back(1.0);
+        with_best_deviation(more);
+      }
       if (more.left < best.left) best = more;
     }
     if (!(best.left < kGain * chosen.left)) break;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 
 #include "diagnose/discrepancy.hpp"
@@ -25,7 +26,11 @@ class RemainderSearch {
 
   /// Those that are worth a try in free runs, of laws and of all others: the best group, and the set that is built
   /// from it one group at a time. None if none predicts anything.
-  std::vector<Basis> best() const;
+  std::vector<Basis> best();
+
+  /// What each cause predicts alone of the squares beyond the noise that were left out, 0 to 1: the best of its
+  /// groups, products of two causes and laws among them.
+  Shares predicted();
 
   /// That of the leading cause.
   Basis leading() const;
@@ -34,7 +39,8 @@ class RemainderSearch {
   Remainder remainder(const Basis& basis, int left_out = -1) const;
 
  private:
-  std::vector<Basis> best_of(bool laws) const;
+  std::vector<Basis> best_of(bool laws);
+  const Basis& alone(std::size_t group);
   LeftOut::Prior prior(const Basis& basis) const;
   void with_best_deviation(Basis& basis) const;  // of its last group
 
@@ -45,6 +51,7 @@ class RemainderSearch {
   std::vector<Term> terms_;          // of all of them
   std::vector<Eigen::Index> first_;  // of each group's terms, and the end
   std::optional<LeftOut> left_out_;
+  std::map<std::size_t, Basis> alone_;  // groups one by one, of those that were asked for
 };
 
 }  // namespace bayesctrl
