@@ -20,7 +20,8 @@ constexpr double kCoarseStep = 4e-3;      // s, of the integration
 constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
 constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error,
 constexpr double kManyTerms = 0.1;        // and what is no law
-constexpr double kNoImitation = 0.1;      // of the squares that the present leaves, which the past then leaves
+constexpr double kNoImitation = 0.1;      // of the squares that others leave, which a cause then leaves,
+constexpr double kAll = 0.98;             // unless they leave next to nothing
 constexpr double kCarried = 3.0;          // times the error, of a recording by what the others say: no more
 
 /// Seconds of all windows.
@@ -35,16 +36,15 @@ double duration(const std::vector<Segment>& windows, const std::vector<Measured>
 
 Remainder none(int) { return {}; }
 
-/// With what predicts left-out recordings, products of causes included. The past, which can imitate the present, counts
-/// where it leaves but a small part of what that leaves.
+/// With what predicts left-out parts, products of causes included. Time can imitate what the state and the input do,
+/// and the past all of them: they count where they leave but a small part of what those leave.
 Discrepancy::Dependence judged(Discrepancy::Dependence on, const Shares& predicted) {
-  double present = 0.0;
+  double before = 0.0;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (static_cast<Cause>(i) != Cause::history) present = std::max(present, predicted[i]);
-  }
-  for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (static_cast<Cause>(i) == Cause::history && 1.0 - predicted[i] > kNoImitation * (1.0 - present)) continue;
-    on.explained[i] = std::max(on.explained[i], predicted[i]);
+    const bool imitates = static_cast<Cause>(i) >= Cause::time;
+    const bool needed = before < kAll && 1.0 - predicted[i] <= kNoImitation * (1.0 - before);
+    if (!imitates || needed) on.explained[i] = std::max(on.explained[i], predicted[i]);
+    before = std::max(before, predicted[i]);
   }
   return on;
 }
