@@ -3,28 +3,36 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace bayesctrl {
 
 namespace {
 
-constexpr double kNearlyAll = 0.999;  // of the target's squares
+constexpr double kEvident = 2.0;      // standard deviations, beyond which squares are more than noise,
+constexpr double kNearlyAll = 0.999;  // and of these
 
 }  // namespace
 
 std::vector<int> folds_of(const LinearResponse& response, const Eigen::VectorXd& target) {
   const std::vector<Segment>& windows = response.windows();
   std::vector<int> recordings, thirds;
-  std::array<double, kFolds> squares{};
+  std::array<double, kFolds> squares{}, rows{};
   for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
     if (windows[w].recording != windows[first].recording) first = w;
     recordings.push_back(static_cast<int>(windows[w].recording % kFolds));
     thirds.push_back(static_cast<int>((w - first) % kFolds));
-    squares[static_cast<std::size_t>(recordings.back())] +=
-        target.segment(response.first_row(w), response.row_count(w)).squaredNorm();
+    const auto part = static_cast<std::size_t>(recordings.back());
+    squares[part] += target.segment(response.first_row(w), response.row_count(w)).squaredNorm();
+    rows[part] += static_cast<double>(response.row_count(w));
   }
-  const bool in_one = *std::max_element(squares.begin(), squares.end()) > kNearlyAll * target.squaredNorm();
-  return in_one ? thirds : recordings;
+  double sum = 0.0, most = 0.0;
+  for (std::size_t part = 0; part < kFolds; ++part) {
+    const double evident = std::max(0.0, squares[part] - rows[part] - kEvident * std::sqrt(2.0 * rows[part]));
+    sum += evident;
+    most = std::max(most, evident);
+  }
+  return most > kNearlyAll * sum ? thirds : recordings;
 }
 
 LeftOut::LeftOut(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, const std::vector<int>& fold,

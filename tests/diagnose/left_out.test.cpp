@@ -6,6 +6,8 @@
 #include <catch2/catch.hpp>
 
 #include "base/random.hpp"
+#include "diagnose/smoother.hpp"
+#include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
 
@@ -46,4 +48,29 @@ TEST_CASE("What is left of every fold is what a model learnt from the other rows
     prior.deviations.setConstant(1e-9);
     CHECK(left_out.squares(prior) == Approx(target.squaredNorm()));
   }
+}
+
+TEST_CASE("Recordings are left out whole, unless what is more than noise is in one of them alone", "[left_out]") {
+  const Machine machine(testing::kPendulum, {});
+  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(1, testing::kPendulumNoise);
+  std::vector<Measured> data;
+  for (const std::uint64_t seed : {61, 62, 63}) data.push_back(testing::record(machine, -1.0, seed));
+  const LinearResponse response(testing::kPendulum, data, smooth_all(testing::kPendulum, data, noise), noise,
+                                windows(data, 2.0), 10.0);
+  RandomStream random(20261123);
+  const Eigen::VectorXd white = random_matrix(response.rows(), 1, random).col(0);
+  const auto folds = [&](std::array<double, 3> size_in_recording) {
+    Eigen::VectorXd target = white;
+    for (std::size_t w = 0; w < response.windows().size(); ++w) {
+      target.segment(response.first_row(w), response.row_count(w)) *=
+          size_in_recording[response.windows()[w].recording];
+    }
+    return folds_of(response, target);
+  };
+  const std::vector<int> whole = folds({5.0, 5.0, 5.0});
+  for (std::size_t w = 0; w < whole.size(); ++w) CHECK(whole[w] == static_cast<int>(response.windows()[w].recording));
+  CHECK(folds({5.0, 2.0, 1.0}) == whole);
+  const std::vector<int> thirds = folds({5.0, 0.0, 0.0});
+  for (std::size_t w = 0; w < 3; ++w) CHECK(thirds[w] == static_cast<int>(w));
+  CHECK(folds({5.0, 1.0, 1.0}) == thirds);
 }
