@@ -22,27 +22,6 @@ std::vector<int> by_recording(const FitProblem& problem) {
 
 }  // namespace
 
-TEST_CASE("Whole recordings are left out unless one of them knows nearly all", "[diagnose][left_out]") {
-  std::vector<Measured> data;
-  for (std::uint64_t r = 0; r < 3; ++r) data.push_back(record(Machine(kPendulum, {}), -1.0, 90 + r));
-  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
-  const LinearResponse& response = *found.measured->response;
-  const std::vector<Segment>& windows = response.windows();
-  // What each recording adds to the target: as much as the others, or all.
-  const auto folds = [&](const std::array<double, 3>& shares) {
-    Eigen::VectorXd target(response.rows());
-    for (std::size_t w = 0; w < windows.size(); ++w) {
-      target.segment(response.first_row(w), response.row_count(w)).setConstant(shares[windows[w].recording]);
-    }
-    return folds_of(response, target);
-  };
-  const std::vector<int> several = folds({1.0, 2.0, 1.0}), one = folds({0.01, 3.0, 0.01});
-  for (std::size_t w = 0; w < windows.size(); ++w) {
-    CHECK(several[w] == static_cast<int>(windows[w].recording));
-    CHECK(one[w] == static_cast<int>((w % (windows.size() / 3)) % 3));
-  }
-}
-
 TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_out]") {
   const std::vector<Effect> hidden{{ConstantBias{0.05}, 0, -1}, {QuadraticDrag{0.02}, 0, -1}};
   // What the catalogue cannot say differs from one recording to the next, so that each moves the fit.
