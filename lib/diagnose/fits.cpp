@@ -13,6 +13,7 @@ constexpr double kClose = 20.0;        // nats behind the best, within which fit
 constexpr std::size_t kFinalists = 6;  // this many of them,
 constexpr double kNested = 2000.0;     // and what the best contains, within this many nats
 constexpr double kConvergence = 0.5;   // nats that a new start must gain
+constexpr double kLost = 10.0;         // times what the best leaves, about another motion: not fitted once more
 
 /// Starts of windows for a set from those of another: the same is shown by other sensors.
 std::vector<WindowStart> as_shown(std::vector<WindowStart> starts, const Machine& from, const Machine& to) {
@@ -43,8 +44,13 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   const std::string name = key(effects);
   if (!tried_.insert(name).second) return find(name);
   if (redundant(effects) || !allowed(effects)) return nullptr;
-  // What was found about another motion is the better start.
-  if (const auto old = stale_.find(name); old != stale_.end()) effects = old->second.effects;
+  // What was found about another motion is the better start, and enough where it is lost.
+  if (const auto old = stale_.find(name); old != stale_.end()) {
+    if (!effects.empty() && old->second.squares > kLost * (problem().best + 2.0 * kNested)) {
+      return &fits_.insert_or_assign(name, old->second).first->second;
+    }
+    effects = old->second.effects;
+  }
   try {
     fits_.insert_or_assign(name, fit(problem(), std::move(effects)));
   } catch (const NumericalError&) {

@@ -4,6 +4,19 @@
 
 namespace bayesctrl {
 
+namespace {
+
+constexpr double kShort = 5e-3;  // time constants: over less, differences of exponentials are rounded away
+
+}  // namespace
+
+Line decaying(double value, double tau, double h) {
+  const double x = h / tau, lost = -std::expm1(-x);
+  const double rise =
+      x < kShort ? -x * (1.0 - x * (0.5 - 0.15 * x)) : 12.0 * ((lost - x * (1.0 - lost)) / (x * x) - lost / (2.0 * x));
+  return {value * lost / x, value * rise / h};
+}
+
 Drive::Drive(const std::vector<Effect>& effects, int joint) {
   for (std::size_t kind = 0; kind < std::variant_size_v<EffectForm>; ++kind) {
     for (const Effect& effect : effects) {
@@ -47,6 +60,13 @@ void Drive::append(double time, double input) {
 double Drive::at(std::size_t index, double t) const {
   if (lag_ <= 0.0) return held_[index];
   return held_[index] + (lagged_[index] - held_[index]) * std::exp(-(t - time_[index]) / lag_);
+}
+
+Line Drive::over(std::size_t index, double t, double h) const {
+  if (lag_ <= 0.0) return {held_[index], 0.0};
+  Line line = decaying(at(index, t) - held_[index], lag_, h);
+  line.middle += held_[index];
+  return line;
 }
 
 }  // namespace bayesctrl

@@ -6,6 +6,14 @@
 
 namespace bayesctrl {
 
+/// A function of time over an interval: its value in the middle, and its slope.
+struct Line {
+  double middle = 0.0, slope = 0.0;
+};
+
+/// The line that has the mean and the first moment of value exp(-s / tau) over s in [0, h].
+Line decaying(double value, double tau, double h);
+
 /// The input of one joint as the machine feels it: constant between switches, behind a first-order lag if there is one.
 /// It depends on the given input alone, never on the motion.
 class Drive {
@@ -29,6 +37,9 @@ class Drive {
 
   /// Value at time t within segment `index`, switches()[index] <= t.
   double at(std::size_t index, double t) const;
+
+  /// Over [t, t + h], within the same segment: the line of the same mean and first moment.
+  Line over(std::size_t index, double t, double h) const;
 
  private:
   std::vector<EffectForm> effects_;  // on this input, in order

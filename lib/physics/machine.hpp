@@ -73,14 +73,18 @@ class Machine {
   Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
                      const MotionOf<kJoints>& driven) const;
   template <int kJoints>
+  struct InputOver;
+  template <int kJoints>
   Joints<kJoints> input_at(const Moment& moment, double t) const;
   template <int kJoints>
-  Joints<kJoints> acceleration(const StateOf<kJoints>& state, const Moment& moment, double t,
-                               Joints<kJoints>* holding_torque) const;
+  InputOver<kJoints> input_over(const Moment& moment, double h) const;
+  template <int kJoints>
+  Joints<kJoints> acceleration(const StateOf<kJoints>& state, const Joints<kJoints>& input, const Moment& moment,
+                               double t, Joints<kJoints>* holding_torque) const;
   template <int kJoints>
   double holding(const StateOf<kJoints>& state, const Moment& moment, int joint) const;
   template <int kJoints>
-  double fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const;
+  double fine_step(const StateOf<kJoints>& state, bool goes_on) const;
   template <int kJoints>
   StateOf<kJoints> step(const StateOf<kJoints>& state, const Moment& moment, double h) const;
   template <int kJoints>

@@ -40,11 +40,37 @@ Joints<kJoints> Machine::input_at(const Moment& moment, double t) const {
   return input;
 }
 
+/// Inputs of all joints over one step: lines, in its middle and by how much they differ there from its ends.
+template <int kJoints>
+struct Machine::InputOver {
+  Joints<kJoints> middle, half_rise;
+};
+
+/// Over [moment.t, moment.t + h], with the mean and the first moment of what acts: a mass that it moves is where it
+/// would be, at the end of a step that need not resolve the lags.
+template <int kJoints>
+Machine::InputOver<kJoints> Machine::input_over(const Moment& moment, double h) const {
+  InputOver<kJoints> input;
+  for (int j = 0; j < kJoints; ++j) {
+    const auto slot = static_cast<std::size_t>(j);
+    Line line = (*moment.drives)[slot].over(moment.segment[slot], moment.t, h);
+    if (moment.departure[j] != 0.0) {
+      const double left = moment.departure[j] * std::exp(-(moment.t - moment.begin) / lag_[j]);
+      const Line departed = decaying(left, lag_[j], h);
+      line.middle += departed.middle;
+      line.slope += departed.slope;
+    }
+    input.middle[j] = line.middle;
+    input.half_rise[j] = 0.5 * h * line.slope;
+  }
+  return input;
+}
+
 /// q'' at one state. Joints that are stuck do not accelerate; the torques that hold them go to `holding_torque`.
 template <int kJoints>
-Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Moment& moment, double t,
-                                      Joints<kJoints>* holding_torque) const {
-  const Joints<kJoints>&q = state.q, &v = state.v, input = input_at<kJoints>(moment, t);
+Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joints<kJoints>& input, const Moment& moment,
+                                      double t, Joints<kJoints>* holding_torque) const {
+  const Joints<kJoints>&q = state.q, &v = state.v;
   MotionOf<kJoints> nominal = motion_of<kJoints>(plant_, q, v, input, t);
   Joints<kJoints> torque = Joints<kJoints>::Zero(), friction = torque;
   if (!tilt_.isZero()) {

@@ -21,19 +21,12 @@ int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
 }  // namespace
 
-/// Longest step that resolves hidden states, and lags after a switch of the input. Hidden states that have settled need
-/// none while the joint goes on in the same direction.
+/// Longest step that resolves hidden states. Those that have settled need none while the joint goes on in the same
+/// direction.
 template <int kJoints>
-double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const {
+double Machine::fine_step(const StateOf<kJoints>& state, bool goes_on) const {
   double limit = kInfinity;
-  for (int j = 0; j < kJoints; ++j) {
-    const auto slot = static_cast<std::size_t>(j);
-    const Drive& drive = (*moment.drives)[slot];
-    double since = moment.t - drive.switches()[moment.segment[slot]];
-    if (moment.departure[j] != 0.0) since = std::min(since, moment.t - moment.begin);
-    if (drive.lag() > 0.0 && since < 8.0 * drive.lag()) limit = std::min(limit, 0.5 * drive.lag());
-  }
-  if (!has_hidden_states_) return std::max(limit, kShortestStep);
+  if (!has_hidden_states_) return limit;
   for (const Effect& effect : effects_) {
     std::visit(
         [&]<class E>(const E& form) {
@@ -72,13 +65,14 @@ Machine::StateOf<kJoints> Machine::step(const StateOf<kJoints>& state, const Mom
     return StateOf<kJoints>{state.q + by * dq, state.v + by * dv, z};
   };
   const double t = moment.t;
-  const Joints<kJoints> a1 = acceleration<kJoints>(state, moment, t, nullptr);
+  const InputOver<kJoints> u = input_over<kJoints>(moment, h);
+  const Joints<kJoints> a1 = acceleration<kJoints>(state, u.middle - u.half_rise, moment, t, nullptr);
   const StateOf<kJoints> s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
-  const Joints<kJoints> a2 = acceleration<kJoints>(s2, moment, t + 0.5 * h, nullptr);
+  const Joints<kJoints> a2 = acceleration<kJoints>(s2, u.middle, moment, t + 0.5 * h, nullptr);
   const StateOf<kJoints> s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
-  const Joints<kJoints> a3 = acceleration<kJoints>(s3, moment, t + 0.5 * h, nullptr);
+  const Joints<kJoints> a3 = acceleration<kJoints>(s3, u.middle, moment, t + 0.5 * h, nullptr);
   const StateOf<kJoints> s4 = moved(s3.v, a3, settled(s3.v, h), h);
-  const Joints<kJoints> a4 = acceleration<kJoints>(s4, moment, t + h, nullptr);
+  const Joints<kJoints> a4 = acceleration<kJoints>(s4, u.middle + u.half_rise, moment, t + h, nullptr);
   const Joints<kJoints> mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
   return moved(mean, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, settled(mean, h), h);
 }
@@ -101,7 +95,7 @@ void Machine::settle(StateOf<kJoints>& state, Moment& moment) const {
     for (int j = 0; j < kJoints; ++j) any |= standing(j);
     if (!any) return;
     Joints<kJoints> held;
-    acceleration<kJoints>(state, moment, moment.t, &held);
+    acceleration<kJoints>(state, input_at<kJoints>(moment, moment.t), moment, moment.t, &held);
     int worst = -1;
     double excess = 0.0;
     for (int j = 0; j < kJoints; ++j) {
@@ -124,10 +118,10 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
   settle(state, moment);
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
     const double left = end - moment.t;
-    double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, true)));
+    double h = left / std::ceil(left / std::min(max_step, fine_step(state, true)));
     StateOf<kJoints> next = step(state, moment, h);
     if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).any()) {
-      h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, false)));
+      h = left / std::ceil(left / std::min(max_step, fine_step(state, false)));
       next = step(state, moment, h);
     }
 
