@@ -255,7 +255,7 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
     const Eigen::MatrixXd r = factor.matrixU();
     Eigen::MatrixXd q = kind.columns;
     factor.matrixU().solveInPlace<Eigen::OnTheRight>(q);
-    const Eigen::MatrixXd rr = r * r.transpose(), along = q.transpose() * narrow;
+    const Eigen::MatrixXd rr = gram_of(r.transpose()), along = q.transpose() * narrow;
     const Eigen::VectorXd along_target = q.transpose() * target;
     for (const double scale : {0.1, 1.0}) {
       Eigen::MatrixXd variance = scale * scale * rr;
@@ -263,7 +263,7 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
       const Eigen::LLT<Eigen::MatrixXd> root(variance);
       const Eigen::VectorXd y = target - q * (along_target - root.matrixL().solve(along_target));
       const Eigen::MatrixXd white = narrow - q * (along - root.matrixL().solve(along));
-      const double log_determinant = 2.0 * Eigen::MatrixXd(root.matrixL()).diagonal().array().log().sum();
+      const double log_determinant = 2.0 * root.matrixLLT().diagonal().array().log().sum();
       consider(white, y, 0.5 * (target.squaredNorm() - y.squaredNorm() - log_determinant));
     }
   }

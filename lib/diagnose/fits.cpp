@@ -44,15 +44,17 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   const std::string name = key(effects);
   if (!tried_.insert(name).second) return find(name);
   if (redundant(effects) || !allowed(effects)) return nullptr;
-  // What was found about another motion is the better start, and enough where it is lost.
+  std::vector<WindowStart>
+      starts;  // what was found about another motion is the better one, and enough where it is lost
   if (const auto old = stale_.find(name); old != stale_.end()) {
     if (!effects.empty() && old->second.squares > kLost * (problem().best + 2.0 * kNested)) {
       return &fits_.insert_or_assign(name, old->second).first->second;
     }
     effects = old->second.effects;
+    starts = old->second.starts;
   }
   try {
-    fits_.insert_or_assign(name, fit(problem(), std::move(effects)));
+    fits_.insert_or_assign(name, fit(problem(), std::move(effects), starts));
   } catch (const NumericalError&) {
     return nullptr;
   }

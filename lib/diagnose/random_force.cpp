@@ -14,14 +14,21 @@ constexpr double kGain = 0.01;  // nats, below which steps end
 /// What the effects and the adjusted plant explain along the motion: rows of the response.
 Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
   std::vector<Eigen::MatrixXd> acceleration, measured;
+  bool on_sensor = false;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
     Eigen::MatrixXd a = problem.excitation.acceleration(fit.plant, r) + problem.excitation.acceleration(fit.effects, r);
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(a.rows(), a.cols());
-    for (const Effect& effect : fit.effects) m += problem.excitation.measured(effect, r);
+    for (const Effect& effect : fit.effects) {
+      if (channel(effect.form) != "sensor") continue;
+      on_sensor = true;
+      m += problem.excitation.measured(effect, r);
+    }
     acceleration.push_back(a.transpose().reshaped());
     measured.push_back(m.transpose().reshaped());
   }
-  return problem.response.responses(acceleration) + problem.response.measured(measured);
+  Eigen::VectorXd rows = problem.response.responses(acceleration);
+  if (on_sensor) rows += problem.response.measured(measured);
+  return rows;
 }
 
 /// Damped Gauss-Newton steps for rows that are whitened already.
@@ -53,8 +60,7 @@ Fit descend(const FitProblem& problem, Fit fit) {
 
 }  // namespace
 
-Fit beside_random_force(const FitProblem& problem, const Eigen::VectorXd& intensity, Fit fit) {
-  const LinearResponse white = problem.response.beside_random(intensity);
+Fit beside_random_force(const FitProblem& problem, const LinearResponse& white, Fit fit) {
   const FitProblem whitened{problem.nominal, problem.given,      problem.free,    problem.data,
                             white,           problem.excitation, problem.penalty, problem.max_step};
   return descend(whitened, std::move(fit));
@@ -64,7 +70,8 @@ Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit) {
   Eigen::VectorXd intensity;
   for (int round = 0; round < kRounds; ++round) {
     intensity = problem.response.likely_intensity(problem.response.target() - explained(problem, fit));
-    if (round + 1 < kRounds) fit = beside_random_force(problem, intensity, std::move(fit));
+    if (round + 1 == kRounds) break;
+    fit = beside_random_force(problem, problem.response.beside_random(intensity), std::move(fit));
   }
   return intensity;
 }

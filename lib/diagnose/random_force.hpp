@@ -10,10 +10,10 @@ namespace bayesctrl {
 /// motion: `problem` is linearised about that (stochastic grey-box models: Kristensen, Madsen & Jorgensen 2004).
 
 /// The most probable parameters of a fit with their covariance and evidence; `residual` and `squares` are those of the
-/// whitened rows. `intensity` of the random acceleration, per joint: see LinearResponse.
-Fit beside_random_force(const FitProblem& problem, const Eigen::VectorXd& intensity, Fit fit);
+/// whitened rows. `white`: the problem's response beside a random acceleration.
+Fit beside_random_force(const FitProblem& problem, const LinearResponse& white, Fit fit);
 
-/// The intensity that is most probable together with the fit's parameters.
+/// The intensity of that acceleration, per joint, that is most probable together with the fit's parameters.
 Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit);
 
 }  // namespace bayesctrl

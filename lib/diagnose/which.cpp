@@ -38,13 +38,13 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 
 /// Evidence of candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
 /// What has many more can be no alternative.
-void rank_beside_force(Explanation& explanation, const FitProblem& measured, const Eigen::VectorXd& intensity,
+void rank_beside_force(Explanation& explanation, const FitProblem& measured, const LinearResponse& white,
                        std::size_t numbers) {
   std::map<std::string, Eigen::VectorXd> left;
   for (Candidate& candidate : explanation.candidates) {
     candidate.fit.log_evidence = -kInfinity;
     if (candidate.fit.unknowns.size() > numbers + kManyMore) continue;
-    const Fit settled = beside_random_force(measured, intensity, candidate.fit);
+    const Fit settled = beside_random_force(measured, white, candidate.fit);
     candidate.fit.log_evidence = settled.log_evidence;
     left[key(candidate.fit.effects)] = 0.5 * settled.residual.cwiseAbs2();
   }
@@ -167,10 +167,13 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   };
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
   const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
-  rank_beside_force(explanation, measured, likely_intensity(measured, worthwhile), worthwhile.unknowns.size());
+  const auto beside_force = [&](const Fit& fit) {
+    return measured.response.beside_random(likely_intensity(measured, fit));
+  };
+  rank_beside_force(explanation, measured, beside_force(worthwhile), worthwhile.unknowns.size());
 
   Fit& best = explanation.candidates.front().fit;
-  const Fit settled = beside_random_force(measured, likely_intensity(measured, best), best);
+  const Fit settled = beside_random_force(measured, beside_force(best), best);
   const double before = beyond_noise(best), evidence = best.log_evidence;
   best.covariance = settled.covariance;
   try {

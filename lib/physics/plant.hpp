@@ -95,7 +95,7 @@ Joints<kJoints> moved_by(const JointsSquare<kJoints>& mobility, const Joints<kJo
 template <int kJoints>
 Joints<kJoints> moving(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& acceleration) {
   if (acceleration.size() == 1) return acceleration / mobility(0, 0);
-  return mobility.partialPivLu().solve(acceleration);
+  return mobility.inverse() * acceleration;
 }
 
 template <int kJoints>

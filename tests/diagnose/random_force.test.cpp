@@ -46,7 +46,7 @@ TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_f
     REQUIRE(found.best().fit.effects.size() == 1);
     const FitProblem problem = problem_about(*found.measured, found, data, options);
     const Eigen::VectorXd likely = likely_intensity(problem, found.best().fit);
-    const Fit fit = beside_random_force(problem, likely, found.best().fit);
+    const Fit fit = beside_random_force(problem, problem.response.beside_random(likely), found.best().fit);
     const auto holds = [](const Fit& f) {
       return std::abs(f.unknowns[0].value - kLevel) < 1.96 * f.deviation(0, "level");
     };
