@@ -37,16 +37,16 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 }
 
 /// Evidence of candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
-/// What has many more can be no alternative.
+/// What has many more can be no alternative. All but the first then have the parameters that the evidence is of.
 void rank_beside_force(Explanation& explanation, const FitProblem& measured, const LinearResponse& white,
                        std::size_t numbers) {
-  std::map<std::string, Eigen::VectorXd> left;
+  std::map<std::string, Fit> settled;
   for (Candidate& candidate : explanation.candidates) {
     candidate.fit.log_evidence = -kInfinity;
     if (candidate.fit.unknowns.size() > numbers + kManyMore) continue;
-    const Fit settled = beside_random_force(measured, white, candidate.fit);
-    candidate.fit.log_evidence = settled.log_evidence;
-    left[key(candidate.fit.effects)] = 0.5 * settled.residual.cwiseAbs2();
+    const Fit fit = beside_random_force(measured, white, candidate.fit);
+    candidate.fit.log_evidence = fit.log_evidence;
+    settled.emplace(key(fit.effects), fit);
   }
   const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
   const auto more_probable = [&](const Candidate& a, const Candidate& b) {
@@ -55,11 +55,20 @@ void rank_beside_force(Explanation& explanation, const FitProblem& measured, con
   std::vector<Candidate>& candidates = explanation.candidates;
   std::iter_swap(candidates.begin(), std::min_element(candidates.begin(), candidates.end(), more_probable));
   const double highest = explanation.best().fit.log_evidence;
+  const Fit& best = settled.at(key(explanation.best().fit.effects));
   for (std::size_t i = 1; i < candidates.size(); ++i) {
-    double& evidence = candidates[i].fit.log_evidence;
-    const auto its = left.find(key(candidates[i].fit.effects));
-    if (its == left.end() || evidence == -kInfinity || evidence > highest) continue;
-    evidence = highest - believable(highest - evidence, its->second - left.at(key(explanation.best().fit.effects)));
+    Fit& fit = candidates[i].fit;
+    const auto its = settled.find(key(fit.effects));
+    if (its == settled.end() || fit.log_evidence == -kInfinity) continue;
+    if (!fit.effects.empty()) {
+      fit.plant = its->second.plant;
+      fit.effects = its->second.effects;
+      fit.unknowns = its->second.unknowns;
+      fit.covariance = its->second.covariance;
+    }
+    if (fit.log_evidence > highest) continue;
+    const Eigen::VectorXd more = its->second.residual.cwiseAbs2() - best.residual.cwiseAbs2();
+    fit.log_evidence = highest - believable(highest - fit.log_evidence, 0.5 * more);
   }
   std::sort(candidates.begin() + 1, candidates.end(), more_probable);
   double sum = 0.0;
