@@ -28,6 +28,8 @@ constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
 constexpr double kUnusual = 1.0;   // standard deviations of squares that noise alone explains
+constexpr double kAstray = 3.0;    // times the usual squares, of a window that has gone astray,
+constexpr std::size_t kFew = 3;    // at most one of so many windows
 
 /// What so many rows of noise leave at most.
 double usual_squares(Eigen::Index rows) {
@@ -65,6 +67,42 @@ void polish(const FitProblem& problem, Fit& fit) {
     fit.starts[w] = x;
   }
   sum_up(fit);
+}
+
+/// Where few windows leave far more than the others, their starts may have been found with parameters that were far
+/// off: these once more, from there and from where the motion is. Whether most of what was left is gone.
+bool recover(const FitProblem& problem, Fit& fit) {
+  const std::vector<Segment>& windows = problem.response.windows();
+  std::vector<std::size_t> astray;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    const Eigen::Index size = problem.response.row_count(w);
+    const double squares = fit.residual.segment(problem.response.first_row(w), size).squaredNorm();
+    if (squares > kAstray * usual_squares(size)) astray.push_back(w);
+  }
+  if (astray.empty() || kFew * astray.size() > windows.size()) return false;
+  const Runs runs(problem, fit);
+  const double before = fit.squares;
+  for (const std::size_t w : astray) {
+    const Segment& window = windows[w];
+    WindowStart anew = fit.starts[w];
+    const Eigen::Index states = 2 * joints(fit.plant);
+    const Machine machine(fit.plant, fit.effects);
+    anew.head(states) = first_start(window, problem.excitation.paths()[window.recording], machine).head(states);
+    for (const WindowStart& from : {fit.starts[w], anew}) {
+      try {
+        const WindowStart x = fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, from,
+                                        kPolishRounds, runs.precision(w, from));
+        const Eigen::VectorXd rows = problem.response.project(w, runs.rest(w, x));
+        const Eigen::Index first = problem.response.first_row(w);
+        if (!(rows.squaredNorm() < fit.residual.segment(first, rows.size()).squaredNorm())) continue;
+        fit.residual.segment(first, rows.size()) = rows;
+        fit.starts[w] = x;
+      } catch (const NumericalError&) {  // diverges from there
+      }
+    }
+  }
+  sum_up(fit);
+  return fit.squares < kMuch * before;
 }
 
 /// What the unknowns do to accelerations and measured positions, per unit: one column for each, rows as the response
@@ -329,6 +367,7 @@ double adequate_step(const FitProblem& problem) {
 
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
   Fit current = begin(problem, std::move(effects), starts);
+  recover(problem, current);
 
   // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
   const double usual = usual_squares(problem.response.rows());
@@ -340,8 +379,9 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   }
   const bool hopeless = current.squares > kHopeless * usual && current.squares > kBehind * problem.best;
   if (current.squares > usual && !hopeless) {
-    const Eigen::MatrixXd slopes =
+    Eigen::MatrixXd slopes =
         descend(problem, current, true, current.squares > kHopeless * usual ? kRoughIterations : kExactIterations);
+    if (recover(problem, current)) slopes = descend(problem, current, true, kExactIterations);
     current.refined = current.squares <= kHopeless * usual;
     weigh(problem, current, slopes);
     return current;
@@ -362,7 +402,9 @@ double squares_at(const FitProblem& problem, std::vector<Effect> effects, const 
 
 Fit refined(const FitProblem& problem, Fit current) {
   current.refined = true;
-  weigh(problem, current, descend(problem, current, true, kExactIterations));
+  Eigen::MatrixXd slopes = descend(problem, current, true, kExactIterations);
+  if (recover(problem, current)) slopes = descend(problem, current, true, kExactIterations);
+  weigh(problem, current, slopes);
   return current;
 }
 

@@ -201,3 +201,18 @@ TEST_CASE("However often a recording is sampled, simulations of it err by less t
   CAPTURE(rate, found.max_step);
   CHECK(std::sqrt(error.squaredNorm() / static_cast<double>(error.size())) < 0.1 * kNoise);
 }
+
+TEST_CASE("A window that begins far from where the machine was is found again", "[diagnose][fit]") {
+  const double position = GENERATE(0.0, 2.5, -4.0), velocity = GENERATE(8.0, -12.0);
+  CAPTURE(position, velocity);
+  const Machine machine(kPendulum, {{CoulombFriction{0.15}, 0, -1}});
+  const std::vector<Measured> data{record(machine, -1.0, 7), record(machine, -1.0, 8)};
+  const ExplainOptions options{whole_catalogue(), {}};
+  const Explanation found = explain(kPendulum, data, options);
+  const FitProblem problem = problem_about(*found.linearisation, found, data, options);
+  const Fit& best = found.best().fit;
+  std::vector<WindowStart> starts = best.starts;
+  starts[2].head(2) += StateVector{{position, velocity}};
+  REQUIRE(squares_at(problem, best.effects, starts) > 100.0 * best.squares);
+  CHECK(fit(problem, best.effects, starts).squares < best.squares + 1.0);
+}
