@@ -14,6 +14,7 @@ constexpr std::size_t kKinds = 3;     // of discrepancy that effects are weighed
 constexpr double kAllBut = 0.02;      // a cause that leaves so little explains all
 constexpr double kHistoryGain = 5.0;  // squares for each of its terms, that the past must explain beyond the present
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
+constexpr std::size_t kUnit = 5;  // of them, 1
 constexpr double kRound = 1e-11;  // of the largest square, added so that dependent columns have a factor
 
 /// columns' columns, of which the lower half alone is read.
@@ -22,6 +23,21 @@ Eigen::MatrixXd gram_of(const Eigen::MatrixXd& columns) {
   gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
   return gram;
 }
+
+/// Makes rows with covariance 1 + scale^2 covariance (of which the lower half alone is read) white.
+class Whitening {
+ public:
+  Whitening(const Eigen::MatrixXd& covariance, double scale) {
+    Eigen::MatrixXd sum = scale * scale * covariance;
+    sum.diagonal().array() += 1.0;
+    root_.compute(sum);
+  }
+  double log_determinant() const { return 2.0 * root_.matrixLLT().diagonal().array().log().sum(); }
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& rows) const { return root_.matrixL().solve(rows); }
+
+ private:
+  Eigen::LLT<Eigen::MatrixXd> root_;
+};
 
 /// (T + shift) x = y for a symmetric tridiagonal T that is positive semidefinite, and log det(T + shift).
 struct TridiagonalSolution {
@@ -127,6 +143,28 @@ Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eige
   return best;
 }
 
+Discrepancy::Ridge Discrepancy::ridge_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& target) {
+  const auto at = [&](std::size_t i) {
+    const Whitening white(covariance, kScales[i]);
+    const double explained = target.squaredNorm() - white(target).squaredNorm();
+    return Ridge{0.5 * (explained - white.log_determinant()), kScales[i], explained};
+  };
+  Ridge best = at(kUnit);
+  bool down = false;
+  for (std::size_t i = kUnit; i > 0; --i) {
+    const Ridge less = at(i - 1);
+    if (less.log_evidence <= best.log_evidence) break;
+    best = less;
+    down = true;
+  }
+  for (std::size_t i = kUnit + 1; !down && i < kScales.size(); ++i) {
+    const Ridge more = at(i);
+    if (more.log_evidence <= best.log_evidence) break;
+    best = more;
+  }
+  return best;
+}
+
 Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) const {
   const double beyond = std::max(target.squaredNorm() - static_cast<double>(target.size()), 1e-9);
   Dependence best;
@@ -180,25 +218,20 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
                                         double penalty) const {
   // Kinds of discrepancy: one cause alone, or all together; those that suit the target best.
   struct Kind {
-    Eigen::MatrixXd columns;
+    const Group* group;  // none: all together
+    double scale;
     double log_evidence;
   };
   std::vector<Kind> kinds;
-  Eigen::Index count = 0;
+  Eigen::MatrixXd together = Eigen::MatrixXd::Zero(target.size(), target.size());  // covariance, its lower half
   for (const Group& group : groups_) {
     if (group.use == TermUse::law) continue;
     const Ridge fit = ridge(group.columns, target);
-    kinds.push_back({fit.scale * group.columns, fit.log_evidence});
-    count += group.columns.cols();
+    kinds.push_back({&group, fit.scale, fit.log_evidence});
+    together.selfadjointView<Eigen::Lower>().rankUpdate(group.columns, fit.scale * fit.scale);
   }
-  Eigen::MatrixXd all(target.size(), count);
-  count = 0;
-  for (const Kind& kind : kinds) {
-    all.middleCols(count, kind.columns.cols()) = kind.columns;
-    count += kind.columns.cols();
-  }
-  const Ridge together = ridge(all, target);
-  kinds.push_back({together.scale * all, together.log_evidence});
+  const Ridge whole = ridge_of(together, target);
+  kinds.push_back({nullptr, whole.scale, whole.log_evidence});
   std::sort(kinds.begin(), kinds.end(), [](const Kind& a, const Kind& b) { return a.log_evidence > b.log_evidence; });
   kinds.resize(std::min<std::size_t>(kinds.size(), kKinds));
 
@@ -248,23 +281,27 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   };
   consider(narrow, target, 0.0);
   for (const Kind& kind : kinds) {
-    // columns = Q R: the covariance 1 + scale^2 columns columns' is whitened along Q alone.
-    Eigen::MatrixXd square = gram_of(kind.columns);
-    square.diagonal().array() += kRound * std::max(1.0, square.diagonal().maxCoeff());
-    const Eigen::LLT<Eigen::MatrixXd> factor(square);
-    const Eigen::MatrixXd r = factor.matrixU();
-    Eigen::MatrixXd q = kind.columns;
-    factor.matrixU().solveInPlace<Eigen::OnTheRight>(q);
-    const Eigen::MatrixXd rr = gram_of(r.transpose()), along = q.transpose() * narrow;
-    const Eigen::VectorXd along_target = q.transpose() * target;
-    for (const double scale : {0.1, 1.0}) {
-      Eigen::MatrixXd variance = scale * scale * rr;
-      variance.diagonal().array() += 1.0;
-      const Eigen::LLT<Eigen::MatrixXd> root(variance);
-      const Eigen::VectorXd y = target - q * (along_target - root.matrixL().solve(along_target));
-      const Eigen::MatrixXd white = narrow - q * (along - root.matrixL().solve(along));
-      const double log_determinant = 2.0 * root.matrixLLT().diagonal().array().log().sum();
-      consider(white, y, 0.5 * (target.squaredNorm() - y.squaredNorm() - log_determinant));
+    // The covariance 1 + s^2 columns columns' is whitened: with columns = Q R along Q alone.
+    Eigen::MatrixXd q, covariance;
+    if (kind.group != nullptr) {
+      Eigen::MatrixXd square = gram_of(kind.group->columns);
+      square.diagonal().array() += kRound * std::max(1.0, square.diagonal().maxCoeff());
+      const Eigen::LLT<Eigen::MatrixXd> factor(square);
+      q = kind.group->columns;
+      factor.matrixU().solveInPlace<Eigen::OnTheRight>(q);
+      covariance = gram_of(factor.matrixL());
+    } else {
+      covariance = together;
+    }
+    for (const double part : {0.1, 1.0}) {
+      const Whitening white(covariance, part * kind.scale);
+      const auto whitened = [&](const Eigen::MatrixXd& rows) -> Eigen::MatrixXd {
+        if (kind.group == nullptr) return white(rows);
+        const Eigen::MatrixXd along = q.transpose() * rows;
+        return rows - q * (along - white(along));
+      };
+      const Eigen::VectorXd y = whitened(target);
+      consider(whitened(narrow), y, 0.5 * (target.squaredNorm() - y.squaredNorm() - white.log_determinant()));
     }
   }
   best.log_odds = with - alone;

@@ -52,6 +52,9 @@ class Discrepancy {
   };
   static Ridge ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target);
 
+  /// The same from columns columns' (rows x rows, its lower half), for more columns than rows.
+  static Ridge ridge_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& target);
+
   const Linearisation& about_;
   std::vector<Group> groups_;
 };

@@ -7,7 +7,9 @@
 
 #include "base/error.hpp"
 #include "diagnose/exact_slopes.hpp"
+#include "diagnose/linear_slopes.hpp"
 #include "diagnose/runs.hpp"
+#include "diagnose/starts.hpp"
 
 namespace bayesctrl {
 
@@ -18,135 +20,13 @@ constexpr double kGainOfRest = 1e-3;      // and of half the squares that are le
 constexpr double kShortestStep = 6e-4;    // s, of the integration
 constexpr double kNumericalShare = 0.05;  // of the noise
 constexpr double kJitter = 1.1;           // sample periods that one step may take
-constexpr int kPolishRounds = 8;
 constexpr int kLinearIterations = 8;
 constexpr int kExactIterations = 6;
 constexpr int kRoughIterations = 2;
 constexpr int kRounds = 3;         // of steps and polished starts
-constexpr double kMuch = 0.5;      // of the squares, that is left when starts are polished
 constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
-constexpr double kUnusual = 1.0;   // standard deviations of squares that noise alone explains
-constexpr double kAstray = 3.0;    // times the usual squares, of a window that has gone astray,
-constexpr std::size_t kFew = 3;    // at most one of so many windows
-
-/// What so many rows of noise leave at most.
-double usual_squares(Eigen::Index rows) {
-  return static_cast<double>(rows) + kUnusual * std::sqrt(2.0 * static_cast<double>(rows));
-}
-
-/// Simulates, moves the starts to where they explain the rest best by the linear response, simulates again.
-void simulate(const FitProblem& problem, Fit& fit, int rounds) {
-  const Runs runs(problem, fit);
-  const int n = joints(fit.plant);
-  fit.residual.resize(problem.response.rows());
-  for (std::size_t w = 0; w < fit.starts.size(); ++w) {
-    for (int round = 0; round < rounds; ++round) {
-      fit.starts[w].head(2 * n) += problem.response.initial_change(w, runs.rest(w, fit.starts[w]));
-    }
-    take(problem, fit, w, runs.rest(w, fit.starts[w]));
-  }
-  sum_up(fit);
-}
-
-/// Windows in which the linear response misjudges the start (a joint sticks, the motion is unstable, or more than
-/// position and velocity is unknown): their starts once more, with slopes from the machine itself.
-void polish(const FitProblem& problem, Fit& fit) {
-  const Runs runs(problem, fit);
-  for (std::size_t w = 0; w < fit.starts.size(); ++w) {
-    const Eigen::Index first = problem.response.first_row(w), size = problem.response.row_count(w);
-    const double usual = usual_squares(size);
-    const bool simple = fit.starts[w].size() == 2 * joints(fit.plant);
-    if (simple && fit.residual.segment(first, size).squaredNorm() <= usual) continue;
-    const WindowStart x = fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, fit.starts[w],
-                                    kPolishRounds, runs.precision(w, fit.starts[w]));
-    const Eigen::VectorXd rows = problem.response.project(w, runs.rest(w, x));
-    if (!(rows.squaredNorm() < fit.residual.segment(first, size).squaredNorm())) continue;
-    fit.residual.segment(first, size) = rows;
-    fit.starts[w] = x;
-  }
-  sum_up(fit);
-}
-
-/// Where few windows leave far more than the others, their starts may have been found with parameters that were far
-/// off: these once more, from there and from where the motion is. Whether most of what was left is gone.
-bool recover(const FitProblem& problem, Fit& fit) {
-  const std::vector<Segment>& windows = problem.response.windows();
-  std::vector<std::size_t> astray;
-  for (std::size_t w = 0; w < windows.size(); ++w) {
-    const Eigen::Index size = problem.response.row_count(w);
-    const double squares = fit.residual.segment(problem.response.first_row(w), size).squaredNorm();
-    if (squares > kAstray * usual_squares(size)) astray.push_back(w);
-  }
-  if (astray.empty() || kFew * astray.size() > windows.size()) return false;
-  const Runs runs(problem, fit);
-  const double before = fit.squares;
-  for (const std::size_t w : astray) {
-    const Segment& window = windows[w];
-    WindowStart anew = fit.starts[w];
-    const Eigen::Index states = 2 * joints(fit.plant);
-    const Machine machine(fit.plant, fit.effects);
-    anew.head(states) = first_start(window, problem.excitation.paths()[window.recording], machine).head(states);
-    for (const WindowStart& from : {fit.starts[w], anew}) {
-      try {
-        const WindowStart x = fit_start([&](const WindowStart& start) { return runs.rest(w, start); }, from,
-                                        kPolishRounds, runs.precision(w, from));
-        const Eigen::VectorXd rows = problem.response.project(w, runs.rest(w, x));
-        const Eigen::Index first = problem.response.first_row(w);
-        if (!(rows.squaredNorm() < fit.residual.segment(first, rows.size()).squaredNorm())) continue;
-        fit.residual.segment(first, rows.size()) = rows;
-        fit.starts[w] = x;
-      } catch (const NumericalError&) {  // diverges from there
-      }
-    }
-  }
-  sum_up(fit);
-  return fit.squares < kMuch * before;
-}
-
-/// What the unknowns do to accelerations and measured positions, per unit: one column for each, rows as the response
-/// takes them.
-struct Influence {
-  std::vector<Eigen::MatrixXd> acceleration, measured;  // per recording
-  Eigen::VectorXd rms;                                  // of accelerations
-};
-
-Influence influence(const FitProblem& problem, const Fit& fit) {
-  const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
-  Influence result{{}, {}, Eigen::VectorXd::Zero(count)};
-  double samples = 0.0;
-  for (std::size_t r = 0; r < problem.data.size(); ++r) {
-    const Eigen::Index size = problem.data[r].position.size();
-    Eigen::MatrixXd& acceleration = result.acceleration.emplace_back(size, count);
-    Eigen::MatrixXd& measured = result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-      const double up = std::min(unknown.value + unknown.step, unknown.high);
-      const double down = std::max(unknown.value - unknown.step, unknown.low);
-      Eigen::MatrixXd a;
-      if (unknown.effect < 0) {
-        Plant higher = fit.plant, lower = fit.plant;
-        set_parameter(higher, unknown.name, up);
-        set_parameter(lower, unknown.name, down);
-        a = problem.excitation.acceleration(higher, r) - problem.excitation.acceleration(lower, r);
-      } else {
-        Effect higher = fit.effects[static_cast<std::size_t>(unknown.effect)], lower = higher;
-        set_parameter(higher.form, unknown.name, up);
-        set_parameter(lower.form, unknown.name, down);
-        a = problem.excitation.acceleration(higher, r, fit.effects) -
-            problem.excitation.acceleration(lower, r, fit.effects);
-        const Eigen::MatrixXd m = problem.excitation.measured(higher, r) - problem.excitation.measured(lower, r);
-        measured.col(i) = m.transpose().reshaped() / (up - down);
-      }
-      acceleration.col(i) = a.transpose().reshaped() / (up - down);
-      result.rms[i] += acceleration.col(i).squaredNorm();
-    }
-    samples += static_cast<double>(problem.data[r].samples());
-  }
-  result.rms = (result.rms / samples).cwiseSqrt();
-  return result;
-}
 
 /// Damped Gauss-Newton steps until they gain little, with slopes from the linear response or exact ones; the last
 /// slopes.
@@ -283,32 +163,6 @@ void assign(Fit& fit, const Eigen::VectorXd& values) {
       unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
     }
   }
-}
-
-Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
-  const double nominal = problem.excitation.nominal_acceleration();
-  if (fit.unknowns.empty()) return Eigen::MatrixXd(problem.response.rows(), 0);
-  const Influence effect = influence(problem, fit);
-  Eigen::MatrixXd slopes = problem.response.responses(effect.acceleration);
-  const auto on_sensor = [&](const Unknown& unknown) {
-    return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
-  };
-  if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), on_sensor)) {
-    slopes += problem.response.measured(effect.measured);
-  }
-  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
-    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    if (unknown.prior_deviation <= 0.0) {
-      unknown.prior_deviation =
-          on_sensor(unknown) ? kPriorShare : kPriorShare * nominal / std::max(effect.rms[i], 1e-12 * nominal);
-    }
-    if (unknown.name == "static") {  // friction at rest is seldom more than three times that in motion
-      const auto& law = std::get<StribeckFriction>(fit.effects[static_cast<std::size_t>(unknown.effect)].form);
-      unknown.prior_mean = law.coulomb;
-      unknown.prior_deviation = std::max(law.coulomb, 0.5 * law.static_level);
-    }
-  }
-  return slopes;
 }
 
 void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {

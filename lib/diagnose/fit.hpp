@@ -46,10 +46,6 @@ struct FitProblem {
   double best = kInfinity;  // squares of the best fit so far
 };
 
-/// Slopes of a fit's rows by the linear response (rows x unknowns); settles priors that follow from what a parameter
-/// does.
-Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit);
-
 /// Covariance and evidence of a fit, by Laplace's approximation.
 void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes);
 

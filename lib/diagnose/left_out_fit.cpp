@@ -1,6 +1,7 @@
 #include "diagnose/left_out_fit.hpp"
 
 #include "diagnose/left_out.hpp"
+#include "diagnose/linear_slopes.hpp"
 
 namespace bayesctrl {
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "diagnose/linear_slopes.hpp"
+
 namespace bayesctrl {
 
 namespace {

@@ -27,6 +27,8 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
         },
         effect.form);
   }
+  has_added_inertia_ = added_inertia_.any();
+  has_tilt_ = tilt_.any();
   std::sort(switch_times_.begin(), switch_times_.end());
 }
 

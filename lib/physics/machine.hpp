@@ -107,6 +107,7 @@ class Machine {
   JointSlots lag_;                      // per joint, s
   bool bears_load_ = false;             // friction depends on the load of the joints
   bool has_hidden_states_ = false;
+  bool has_added_inertia_ = false, has_tilt_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing
 };
 

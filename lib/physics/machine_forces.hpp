@@ -73,7 +73,7 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
   const Joints<kJoints>&q = state.q, &v = state.v;
   MotionOf<kJoints> nominal = motion_of<kJoints>(plant_, q, v, input, t);
   Joints<kJoints> torque = Joints<kJoints>::Zero(), friction = torque;
-  if (!tilt_.isZero()) {
+  if (has_tilt_) {
     torque = external_torque_of<kJoints>(plant_, q + tilt_.head<kJoints>()) - external_torque_of<kJoints>(plant_, q);
   }
   const Load<kJoints> on_bearings = bears_load_ ? load<kJoints>(state, input, t, nominal) : Load<kJoints>{};
@@ -99,8 +99,8 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
 
   // (M + D) q'' = M nominal + torques, D the added inertia and M^-1 the mobility: q'' = (1 + M^-1 D)^-1 (...).
   JointsSquare<kJoints>& mobility = nominal.mobility;
-  Joints<kJoints> result = nominal.acceleration + moved_by<kJoints>(mobility, torque);
-  if (!added_inertia_.isZero()) {
+  Joints<kJoints> result = moved_by<kJoints>(nominal.acceleration, mobility, torque);
+  if (has_added_inertia_) {
     const JointsSquare<kJoints> more = mobility * added_inertia_.head<kJoints>().asDiagonal();
     const JointsSquare<kJoints> inverse = (JointsSquare<kJoints>::Identity() + more).inverse();
     mobility = (inverse * mobility).eval();
@@ -125,7 +125,7 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
       }
     }
     held = moving<kJoints>(system, held);
-    result += moved_by<kJoints>(mobility, held);
+    result = moved_by<kJoints>(result, mobility, held);
     for (int j = 0; j < kJoints; ++j) {
       if (stuck(j)) result[j] = 0.0;
     }

@@ -79,14 +79,17 @@ struct MotionOf {
 };
 using Motion = MotionOf<Eigen::Dynamic>;
 
-/// What torques add to accelerations. Torques are written one by one, so they are read one by one: a processor waits
-/// for what it reads as a whole.
+/// Accelerations and what torques add to them. All are written one by one, so they are read one by one: a processor
+/// waits for what it reads as a whole.
 template <int kJoints>
-Joints<kJoints> moved_by(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& torque) {
-  Joints<kJoints> result = torque;
+[[gnu::always_inline]] inline Joints<kJoints> moved_by(const Joints<kJoints>& acceleration,
+                                                       const JointsSquare<kJoints>& mobility,
+                                                       const Joints<kJoints>& torque) {
+  Joints<kJoints> result(torque.size());
   for (Eigen::Index i = 0; i < torque.size(); ++i) {
-    result[i] = 0.0;
-    for (Eigen::Index j = 0; j < torque.size(); ++j) result[i] += mobility(i, j) * torque[j];
+    double sum = acceleration[i];
+    for (Eigen::Index j = 0; j < torque.size(); ++j) sum += mobility(i, j) * torque[j];
+    result[i] = sum;
   }
   return result;
 }
@@ -107,7 +110,7 @@ MotionOf<kJoints> motion_of(const Plant& plant, const Joints<kJoints>& q, const 
           return {p.acceleration(q, v, u, t), p.mobility(q, v)};
         } else if constexpr (kJoints == Eigen::Dynamic || kJoints == P::kJoints) {  // inputs are torques
           const AffineOf<kJoints> nominal = p.affine(q, v);
-          return {nominal.drift + moved_by<kJoints>(nominal.gain, u), nominal.gain};
+          return {moved_by<kJoints>(nominal.drift, nominal.gain, u), nominal.gain};
         } else {
           return {};
         }

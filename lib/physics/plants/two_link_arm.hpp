@@ -55,8 +55,11 @@ struct TwoLinkArm {
     const double scale = 1.0 / (m11 * m22 - m12 * m12);
     const double gain11 = scale * m22, gain12 = -scale * m12, gain22 = scale * m11;
     AffineOf<2> result;
-    result.drift << gain11 * torque1 + gain12 * torque2, gain12 * torque1 + gain22 * torque2;
-    result.gain << gain11, gain12, gain12, gain22;
+    result.drift[0] = gain11 * torque1 + gain12 * torque2;
+    result.drift[1] = gain12 * torque1 + gain22 * torque2;
+    result.gain(0, 0) = gain11;
+    result.gain(0, 1) = result.gain(1, 0) = gain12;
+    result.gain(1, 1) = gain22;
     return result;
   }
 
