@@ -44,8 +44,8 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   const std::string name = key(effects);
   if (!tried_.insert(name).second) return find(name);
   if (redundant(effects) || !allowed(effects)) return nullptr;
-  std::vector<WindowStart>
-      starts;  // what was found about another motion is the better one, and enough where it is lost
+  // What was found about another motion is the better start, and enough where it is lost.
+  std::vector<WindowStart> starts;
   if (const auto old = stale_.find(name); old != stale_.end()) {
     if (!effects.empty() && old->second.squares > kLost * (problem().best + 2.0 * kNested)) {
       return &fits_.insert_or_assign(name, old->second).first->second;
