@@ -45,6 +45,9 @@ void add_loudness(CLI::App& command, Loudness& loudness);
 void add_json_option(CLI::App& command, bool& json);
 void add_format_option(CLI::App& command, std::string& format);  // "text", "md" or "markdown", "csv", "json"
 
+/// Significant digits of numbers in tables on the terminal.
+inline constexpr int kShownDigits = 6;
+
 /// Numbers of threads or processes beyond this are mistakes.
 inline constexpr int kMostJobs = 4096;
 

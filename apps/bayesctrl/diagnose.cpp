@@ -8,7 +8,7 @@
 
 #include "base/format.hpp"
 #include "commands.hpp"
-#include "diagnose/diagnosis.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/provenance.hpp"
@@ -27,7 +27,7 @@ using nlohmann::ordered_json;
 std::string number(const ordered_json& value) { return value.is_number() ? format(value.get<double>(), 4) : "-"; }
 
 /// What a newcomer reads.
-void print(const ordered_json& d) {
+void print_verdict(const ordered_json& d) {
   std::cout << d["name"].get<std::string>() << ": " << d["verdict"].get<std::string>();
   if (const std::string reason = d["reason"]; !reason.empty()) std::cout << " (" << reason << ")";
   std::cout << "\n";
@@ -162,7 +162,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       if (!command->no_report) write_reports({folder});
       list.push_back({{"folder", folder.string()}, {"diagnosis", diagnosis.json}});
       if (loudness.quiet || loudness.json) continue;
-      print(diagnosis.json);
+      print_verdict(diagnosis.json);
       if (command->plot) std::cout << plots_of(diagnosis.missing_torque);
       std::cout << "  written to " << folder.string() << "\n";
     }

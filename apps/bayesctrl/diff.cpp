@@ -11,8 +11,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kDigits = 6;
-
 /// One table for programs: settings above metrics, told apart by the column `kind`.
 Table joined(const ResultDifference& difference) {
   const auto with_kind = [](Table table, const std::string& kind) {
@@ -38,7 +36,8 @@ std::string render(const ResultDifference& difference, const std::string& format
   std::string text;
   for (const Table* table : {&difference.settings, &difference.metrics}) {
     if (table->rows() == 0) continue;
-    text += (text.empty() ? "" : "\n") + (format == "text" ? to_text(*table, kDigits) : to_markdown(*table, kDigits));
+    text += (text.empty() ? "" : "\n") +
+            (format == "text" ? to_text(*table, kShownDigits) : to_markdown(*table, kShownDigits));
   }
   return text.empty() ? "no difference\n" : text;
 }

@@ -70,7 +70,7 @@ constexpr Family kFamilies[] = {{"plants", [] { return family(static_cast<const 
                                 {"effects", [] { return family(static_cast<const EffectForm*>(nullptr)); }},
                                 {"metrics", metrics}};
 
-void print(const ordered_json& families) {
+void print_families(const ordered_json& families) {
   for (const auto& [name, members] : families.items()) {
     std::cout << name << "\n";
     for (const ordered_json& member : members) {
@@ -116,7 +116,7 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
     if (command->json) {
       std::cout << shown.dump(2) << "\n";
     } else {
-      print(shown);
+      print_families(shown);
     }
   });
 }

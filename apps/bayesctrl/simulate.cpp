@@ -8,7 +8,7 @@
 
 #include "base/format.hpp"
 #include "commands.hpp"
-#include "diagnose/simulate_model.hpp"
+#include "diagnose/verdict/simulate_model.hpp"
 #include "io/files.hpp"
 #include "terminal/plot.hpp"
 #include "terminal/terminal.hpp"

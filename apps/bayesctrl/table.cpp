@@ -26,12 +26,10 @@ Table gather(const TableCommand& command) {
   return compare(table, read_published(command.against));
 }
 
-constexpr int kDigits = 6;
-
 std::string render(const Table& table, const std::string& format) {
   if (format == "csv") return to_csv(table);
   if (format == "json") return to_json(table).dump(2) + "\n";
-  return format == "text" ? to_text(table, kDigits) : to_markdown(table, kDigits);
+  return format == "text" ? to_text(table, kShownDigits) : to_markdown(table, kShownDigits);
 }
 
 /// PREFIX.csv, PREFIX.md and PREFIX.json.

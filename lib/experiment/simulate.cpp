@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/format.hpp"
-#include "physics/free_run.hpp"
+#include "physics/machine/free_run.hpp"
 #include "sim/loop.hpp"
 
 namespace bayesctrl {

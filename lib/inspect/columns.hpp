@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "diagnose/read_recording.hpp"
+#include "diagnose/recording/read_recording.hpp"
 
 namespace bayesctrl {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "diagnose/simulate_model.hpp"
-#include "diagnose/spec.hpp"
+#include "diagnose/recording/spec.hpp"
+#include "diagnose/verdict/simulate_model.hpp"
 #include "experiment/calibrate.hpp"
 #include "experiment/check.hpp"
 #include "experiment/read.hpp"

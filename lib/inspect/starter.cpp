@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "base/format.hpp"
-#include "diagnose/read_recording.hpp"
+#include "diagnose/recording/read_recording.hpp"
 #include "experiment/study.hpp"
 #include "inspect/columns.hpp"
 #include "io/describe.hpp"

@@ -21,7 +21,7 @@ struct Assignment {
   std::string_view value;
 };
 
-std::string in_quotes(std::string_view name) {
+std::string in_single_quotes(std::string_view name) {
   std::string text(1, '\'');
   text.append(shown(name)).append("'");
   return text;
@@ -69,11 +69,12 @@ Node& item(Node& list, const Segment& segment, const std::string& owner, const L
   const std::string length = std::to_string(list.items.size());
   const std::string last = std::to_string(list.items.size() - 1);
   const std::string range = list.items.empty() ? "is an empty list" : "is a list of " + length + ", 0 to " + last;
-  throw SpecError(where, owner + " " + range + ", it has no item " + in_quotes(segment.text));
+  throw SpecError(where, owner + " " + range + ", it has no item " + in_single_quotes(segment.text));
 }
 
 Node& member(Node& map, const Segment& segment, const std::string& owner, const Location& where) {
-  if (segment.index_only) throw SpecError(where, owner + " is no list, it has no item " + in_quotes(segment.text));
+  if (segment.index_only)
+    throw SpecError(where, owner + " is no list, it has no item " + in_single_quotes(segment.text));
   map.kind = Node::Kind::map;
   if (Node::Entry* entry = map.find(segment.text)) return entry->value;
   Node value;
@@ -88,7 +89,8 @@ Node& step(Node& node, const Segment& segment, const std::string& owner, const L
     case Node::Kind::sequence:
       return item(node, segment, owner, where);
     case Node::Kind::scalar:
-      throw SpecError(where, owner + " is " + in_quotes(node.text) + ", it has no " + in_quotes(segment.text));
+      throw SpecError(where,
+                      owner + " is " + in_single_quotes(node.text) + ", it has no " + in_single_quotes(segment.text));
     case Node::Kind::null:
     case Node::Kind::map:
       break;
@@ -108,7 +110,7 @@ void set_path(Node& root, std::string_view assignment) {
   std::string owner = "the spec";
   for (const Segment& segment : parts.path) {
     node = &step(*node, segment, owner, parts.where);
-    owner = in_quotes(segment.text);
+    owner = in_single_quotes(segment.text);
   }
   *node = std::move(value);
 }

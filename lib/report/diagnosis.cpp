@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 /// What the page reads beside the data of its plots: a file that lacks any of it was not written by this version.
-void require(const ordered_json& d) {
+void require_of_diagnosis(const ordered_json& d) {
   for (const char* path :
        {"/reason", "/fit/unit", "/fit/horizon_s", "/fit/noise_floor", "/fit/train/before", "/fit/held_out/before",
         "/mismatch/detected", "/mismatch/depends_on", "/mismatch/time", "/explanation/probability",
@@ -124,7 +124,7 @@ ordered_json recordings(const fs::path& path, const std::vector<std::string>& by
 
 std::string diagnosis_page(const fs::path& folder) {
   const ordered_json d = read_json(folder / "diagnosis.json");
-  require(d);
+  require_of_diagnosis(d);
   return page(d.at("name").get<std::string>(), assets::k_diagnosis_js,
               {{"sentence", sentence(d)},
                {"diagnosis", d},

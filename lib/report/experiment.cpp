@@ -115,7 +115,7 @@ ordered_json posterior(const fs::path& path) {
 }
 
 /// What the page reads of a spec beside showing it.
-void require(const ordered_json& spec) {
+void require_of_study(const ordered_json& spec) {
   for (const char* path : {"/initial_state/position", "/initial_state/velocity", "/duration", "/control_period",
                            "/inner_law/position_weight", "/inner_law/velocity_weight", "/reference/type",
                            "/controllers", "/model/parameters"}) {
@@ -135,7 +135,7 @@ ordered_json study(const fs::path& folder, bool drawn) {
   if (!fs::exists(folder / "provenance.json")) throw DataError({(folder / "provenance.json").string()}, "is not there");
   ordered_json from = origin(folder);
   ordered_json &spec = from.at("spec"), &provenance = from.at("provenance");
-  require(spec);
+  require_of_study(spec);
   const std::string plant = spec.at("model").at("plant");
   result["description"] = summary.at("description").get<std::string>();
   result["plant"] = plant;

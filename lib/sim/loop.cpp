@@ -4,7 +4,7 @@
 
 #include "base/error.hpp"
 #include "numerics/detail/dormand_prince.hpp"
-#include "physics/simulation.hpp"
+#include "physics/machine/simulation.hpp"
 
 namespace bayesctrl {
 

@@ -3,6 +3,7 @@
 #include "base/format.hpp"
 #include "io/emit.hpp"
 #include "io/table.hpp"
+#include "physics/parameters.hpp"
 #include "spec/model.hpp"
 
 namespace bayesctrl::trial {
@@ -48,15 +49,10 @@ ordered_json spec_json(const std::string& name, const Plant& nominal, const std:
 }
 
 ordered_json effect_truth(const Effect& effect, double size) {
-  ordered_json parameters = ordered_json::object();
-  std::visit(
-      [&]<class E>(const E& form) {
-        E::fields(form,
-                  [&](std::string_view name, double value, const Info&) { parameters[std::string(name)] = value; });
-      },
-      effect.form);
+  ordered_json values = ordered_json::object();
+  for (const auto& [name, value, info] : parameters(effect.form)) values[std::string(name)] = value;
   ordered_json object{
-      {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", parameters}};
+      {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", values}};
   if (effect.recording >= 0) object["recording"] = "train" + std::to_string(effect.recording + 1) + ".csv";
   return object;
 }

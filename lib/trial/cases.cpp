@@ -4,8 +4,9 @@
 #include <cmath>
 #include <set>
 
-#include "diagnose/explain.hpp"
-#include "diagnose/free_runs.hpp"
+#include "diagnose/fit/free_runs.hpp"
+#include "diagnose/search/explain.hpp"
+#include "physics/parameters.hpp"
 #include "trial/case_files.hpp"
 #include "trial/side_by_side.hpp"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "base/error.hpp"
-#include "physics/simulation.hpp"
+#include "physics/machine/simulation.hpp"
 
 namespace bayesctrl::trial {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/machine.hpp"
+#include "physics/machine/machine.hpp"
 #include "trial/case_files.hpp"
 
 namespace bayesctrl::trial {

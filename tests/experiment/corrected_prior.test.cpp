@@ -4,8 +4,9 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "diagnose/explain.hpp"
+#include "diagnose/search/explain.hpp"
 #include "experiment/run.hpp"
+#include "physics/parameters.hpp"
 #include "support/studies.hpp"
 
 using namespace bayesctrl;

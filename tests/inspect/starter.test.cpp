@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "diagnose/read_recording.hpp"
+#include "diagnose/recording/read_recording.hpp"
 #include "experiment/read.hpp"
 #include "inspect/columns.hpp"
 #include "io/files.hpp"

@@ -7,8 +7,8 @@
 
 #include "io/emit.hpp"
 #include "io/examples.hpp"
-#include "physics/free_run.hpp"
-#include "physics/machine.hpp"
+#include "physics/machine/free_run.hpp"
+#include "physics/machine/machine.hpp"
 #include "spec/model.hpp"
 #include "support/compare.hpp"
 #include "support/families.hpp"

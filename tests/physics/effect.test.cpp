@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "physics/free_run.hpp"
-#include "physics/machine.hpp"
+#include "physics/machine/free_run.hpp"
+#include "physics/machine/machine.hpp"
 
 using namespace bayesctrl;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/random.hpp"
-#include "physics/machine.hpp"
+#include "physics/machine/machine.hpp"
 #include "physics/remainder_sum.hpp"
 
 using namespace bayesctrl;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <thread>
 
-#include "physics/free_run.hpp"
+#include "physics/machine/free_run.hpp"
 #include "support/compare.hpp"
 #include "support/families.hpp"
 #include "support/paper.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/machine.hpp"
+#include "physics/machine/machine.hpp"
 
 namespace bayesctrl::testing {
 

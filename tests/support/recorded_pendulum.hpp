@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "base/random.hpp"
-#include "diagnose/measured.hpp"
-#include "physics/machine.hpp"
+#include "diagnose/recording/measured.hpp"
+#include "physics/machine/machine.hpp"
 
 namespace bayesctrl::testing {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "diagnose/diagnosis.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"

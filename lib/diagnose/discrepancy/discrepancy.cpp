@@ -1,0 +1,311 @@
+#include "diagnose/discrepancy/discrepancy.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr std::size_t kShapes = 8;    // of each effect that is weighed against a discrepancy
+constexpr std::size_t kKinds = 3;     // of discrepancy that effects are weighed against
+constexpr double kAllBut = 0.02;      // a cause that leaves so little explains all
+constexpr double kHistoryGain = 5.0;  // squares for each of its terms, that the past must explain beyond the present
+constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
+constexpr std::size_t kUnit = 5;  // of them, 1
+constexpr double kRound = 1e-11;  // of the largest square, added so that dependent columns have a factor
+
+/// columns' columns, of which the lower half alone is read.
+Eigen::MatrixXd gram_of(const Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  return gram;
+}
+
+/// Makes rows with covariance 1 + scale^2 covariance (of which the lower half alone is read) white.
+class Whitening {
+ public:
+  Whitening(const Eigen::MatrixXd& covariance, double scale) {
+    Eigen::MatrixXd sum = scale * scale * covariance;
+    sum.diagonal().array() += 1.0;
+    root_.compute(sum);
+  }
+  double log_determinant() const { return 2.0 * root_.matrixLLT().diagonal().array().log().sum(); }
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& rows) const { return root_.matrixL().solve(rows); }
+
+ private:
+  Eigen::LLT<Eigen::MatrixXd> root_;
+};
+
+/// (T + shift) x = y for a symmetric tridiagonal T that is positive semidefinite, and log det(T + shift).
+struct TridiagonalSolution {
+  Eigen::VectorXd x;
+  double log_determinant = 0.0;
+};
+TridiagonalSolution solve_tridiagonal(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside, double shift,
+                                      const Eigen::VectorXd& y) {
+  TridiagonalSolution result{y, 0.0};
+  Eigen::VectorXd pivot(y.size());
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    pivot[i] = std::max(diagonal[i], 0.0) + shift;
+    if (i > 0) {
+      const double factor = beside[i - 1] / pivot[i - 1];
+      pivot[i] = std::max(pivot[i] - factor * beside[i - 1], 1e-3 * shift);  // exactly at least `shift`
+      result.x[i] -= factor * result.x[i - 1];
+    }
+    result.log_determinant += std::log(pivot[i]);
+  }
+  for (Eigen::Index i = y.size() - 1; i >= 0; --i) {
+    if (i + 1 < y.size()) result.x[i] -= beside[i] * result.x[i + 1];
+    result.x[i] /= pivot[i];
+  }
+  return result;
+}
+
+}  // namespace
+
+Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>& data) : about_(about) {
+  const Excitation& excitation = *about.excitation;
+  const int joints = bayesctrl::joints(excitation.plant());
+  const Eigen::VectorXd torque = torque_scale(excitation.plant(), data);
+  for (int j = 0; j < joints; ++j) {
+    for (TermGroup& group : term_groups(survey(data, about.paths, j), about.paths, j)) {
+      groups_.push_back({std::move(group), {}});
+    }
+  }
+  for (Group& group : groups_) {
+    const auto count = static_cast<Eigen::Index>(group.terms.size());
+    std::vector<Eigen::MatrixXd> accelerations;
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(count);
+    double samples = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Trajectory& path = about.paths[r];
+      Eigen::MatrixXd& all = accelerations.emplace_back(data[r].position.size(), count);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        const Term& term = group.terms[static_cast<std::size_t>(i)];
+        const int j = term.joint;
+        Eigen::VectorXd values = Eigen::VectorXd::Zero(data[r].position.rows());
+        if (term.recording < 0 || static_cast<std::size_t>(term.recording) == r) {
+          Held memory = term.first_memory(path.position(0, j), path.velocity(0, j));
+          for (Eigen::Index k = 0; k + 1 < values.size(); ++k) {
+            const auto slot = static_cast<std::size_t>(k);
+            const double h = data[r].time[slot + 1] - data[r].time[slot];
+            const double q = 0.5 * (path.position(k, j) + path.position(k + 1, j));
+            const double v = 0.5 * (path.velocity(k, j) + path.velocity(k + 1, j));
+            const double u = input_at(data[r], slot, 0.5)[j];
+            values[k] = term.value(q, v, u, data[r].time[slot] + 0.5 * h, memory);
+            memory = term.remembered(memory, q, v, u, h);
+          }
+        }
+        squares[i] += values.squaredNorm();
+        all.col(i) = excitation.acceleration(values, j, r).transpose().reshaped();
+      }
+      samples += static_cast<double>(data[r].samples());
+    }
+    group.columns = about.response->responses(accelerations);
+    // Unit weights: together an RMS of 20 % of the nominal torque. Bumps share one unit, so that those where hardly any
+    // motion passed stay small; terms of different kinds, or of different forms, have each their own.
+    const bool all_differ =
+        group.use == TermUse::law || (group.cause == Cause::history && group.use == TermUse::compare);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const auto kind = group.terms[static_cast<std::size_t>(i)].kind;
+      double sum = 0.0, alike = 0.0;
+      for (Eigen::Index k = 0; k < count; ++k) {
+        if (group.terms[static_cast<std::size_t>(k)].kind != kind || (all_differ && k != i)) continue;
+        sum += squares[k];
+        alike += 1.0;
+      }
+      const double rms = std::sqrt(sum / alike / samples);
+      const double unit =
+          rms > 1e-12 ? kPriorShare * torque[group.joint] / (rms * std::sqrt(static_cast<double>(count))) : 0.0;
+      group.terms[static_cast<std::size_t>(i)].weight = unit;
+      group.columns.col(i) *= unit;
+    }
+  }
+}
+
+Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
+  Ridge best;
+  if (columns.cols() == 0) return best;
+  // columns' columns = Q T Q', T tridiagonal: every scale then costs no more than the number of columns.
+  const Eigen::Tridiagonalization<Eigen::MatrixXd> tridiagonal(gram_of(columns));
+  const Eigen::VectorXd along = tridiagonal.diagonal(), beside = tridiagonal.subDiagonal();
+  const Eigen::VectorXd g = tridiagonal.matrixQ().adjoint() * (columns.transpose() * target);
+  for (const double scale : kScales) {
+    const double s2 = scale * scale;
+    const TridiagonalSolution w = solve_tridiagonal(along, beside, 1.0 / s2, g);
+    const double gw = g.dot(w.x);
+    const double evidence = 0.5 * (gw - w.log_determinant - static_cast<double>(g.size()) * std::log(s2));
+    if (evidence > best.log_evidence) best = {evidence, scale, gw + w.x.squaredNorm() / s2};  // 2 w'g - w'Tw
+  }
+  return best;
+}
+
+Discrepancy::Ridge Discrepancy::ridge_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& target) {
+  const auto at = [&](std::size_t i) {
+    const Whitening white(covariance, kScales[i]);
+    const double explained = target.squaredNorm() - white(target).squaredNorm();
+    return Ridge{0.5 * (explained - white.log_determinant()), kScales[i], explained};
+  };
+  Ridge best = at(kUnit);
+  bool down = false;
+  for (std::size_t i = kUnit; i > 0; --i) {
+    const Ridge less = at(i - 1);
+    if (less.log_evidence <= best.log_evidence) break;
+    best = less;
+    down = true;
+  }
+  for (std::size_t i = kUnit + 1; !down && i < kScales.size(); ++i) {
+    const Ridge more = at(i);
+    if (more.log_evidence <= best.log_evidence) break;
+    best = more;
+  }
+  return best;
+}
+
+Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) const {
+  const double beyond = std::max(target.squaredNorm() - static_cast<double>(target.size()), 1e-9);
+  Dependence best;
+  double most = -1.0;
+  int joints = 0;
+  for (const Group& group : groups_) joints = std::max(joints, group.joint + 1);
+  for (int j = 0; j < joints; ++j) {
+    std::array<double, 5> alone{};
+    double whole = 0.0, terms = 0.0, present = 0.0;
+    for (const Group& group : groups_) {
+      if (group.joint != j || group.use == TermUse::law) continue;
+      const Ridge fit = ridge(group.columns, target);
+      const double part = std::clamp(fit.explained / beyond, 0.0, 1.0);
+      whole = std::max(whole, part);
+      if (group.use == TermUse::compare) alone[static_cast<std::size_t>(group.cause)] = part;
+      if (group.cause == Cause::history) {
+        if (group.use == TermUse::rich) continue;
+        terms = static_cast<double>(group.terms.size());
+      } else {
+        present = std::max(present, part);
+      }
+    }
+    if (whole <= most) continue;
+    most = whole;
+    best.joint = j;
+    // The past can imitate the present: unless it leaves less than half, and by more than its many terms could do, it
+    // counts for what it explains beyond.
+    const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && (alone[4] - present) * beyond > kHistoryGain * terms;
+    if (!needed) alone[4] = std::max(0.0, alone[4] - present);
+    best.explained = alone;
+  }
+  return best;
+}
+
+Shares Discrepancy::Dependence::shares() const {
+  Shares result = explained;
+  double sum = 0.0;
+  for (double& part : result) {
+    part = part / (1.0 + kAllBut - part);
+    sum += part;
+  }
+  for (double& part : result) part = sum > 0.0 ? part / sum : 0.0;
+  return result;
+}
+
+Cause Discrepancy::Dependence::leads() const {
+  return static_cast<Cause>(std::max_element(explained.begin(), explained.end()) - explained.begin());
+}
+
+Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+                                        double penalty) const {
+  // Kinds of discrepancy: one cause alone, or all together; those that suit the target best.
+  struct Kind {
+    const Group* group;  // none: all together
+    double scale;
+    double log_evidence;
+  };
+  std::vector<Kind> kinds;
+  Eigen::MatrixXd together = Eigen::MatrixXd::Zero(target.size(), target.size());  // covariance, its lower half
+  for (const Group& group : groups_) {
+    if (group.use == TermUse::law) continue;
+    const Ridge fit = ridge(group.columns, target);
+    kinds.push_back({&group, fit.scale, fit.log_evidence});
+    together.selfadjointView<Eigen::Lower>().rankUpdate(group.columns, fit.scale * fit.scale);
+  }
+  const Ridge whole = ridge_of(together, target);
+  kinds.push_back({nullptr, whole.scale, whole.log_evidence});
+  std::sort(kinds.begin(), kinds.end(), [](const Kind& a, const Kind& b) { return a.log_evidence > b.log_evidence; });
+  kinds.resize(std::min<std::size_t>(kinds.size(), kKinds));
+
+  // Of each effect the shapes that suit the target best.
+  Dictionary few;
+  std::vector<int> used;
+  for (const Suspect& suspect : about_.dictionary.suspects) {
+    std::vector<std::pair<double, std::size_t>> ranked;
+    for (std::size_t i = 0; i < suspect.atoms.size(); ++i) {
+      double gain = 0.0;
+      for (const int column : suspect.atoms[i].columns) {
+        const double product = columns.col(column).dot(target);
+        gain += product * product / (1.0 + columns.col(column).squaredNorm());
+      }
+      ranked.emplace_back(-gain, i);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    ranked.resize(std::min<std::size_t>(ranked.size(), kShapes));
+    Suspect chosen{suspect.kind, suspect.joint, {}};
+    for (const auto& [gain, i] : ranked) {
+      Atom atom = suspect.atoms[i];
+      for (int& column : atom.columns) {
+        used.push_back(column);
+        column = static_cast<int>(used.size()) - 1;
+      }
+      chosen.atoms.push_back(std::move(atom));
+    }
+    few.suspects.push_back(std::move(chosen));
+  }
+  few.scale.resize(static_cast<Eigen::Index>(used.size()));
+  Eigen::MatrixXd narrow(columns.rows(), few.scale.size());
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    few.scale[static_cast<Eigen::Index>(i)] = about_.dictionary.scale[used[i]];
+    narrow.col(static_cast<Eigen::Index>(i)) = columns.col(used[i]);
+  }
+
+  Beside best;
+  double alone = 0.0, with = -kInfinity;  // less the evidence of white noise alone
+  const auto consider = [&](const Eigen::MatrixXd& white, const Eigen::VectorXd& y, double base) {
+    alone = std::max(alone, base);
+    const Screen screen(few, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
+    for (const Finding& finding : screen.all()) {
+      if (finding.suspects.empty() || base + finding.log_evidence <= with) continue;
+      with = base + finding.log_evidence;
+      best.effects = finding.effects(few);
+    }
+  };
+  consider(narrow, target, 0.0);
+  for (const Kind& kind : kinds) {
+    // The covariance 1 + s^2 columns columns' is whitened: with columns = Q R along Q alone.
+    Eigen::MatrixXd q, covariance;
+    if (kind.group != nullptr) {
+      Eigen::MatrixXd square = gram_of(kind.group->columns);
+      square.diagonal().array() += kRound * std::max(1.0, square.diagonal().maxCoeff());
+      const Eigen::LLT<Eigen::MatrixXd> factor(square);
+      q = kind.group->columns;
+      factor.matrixU().solveInPlace<Eigen::OnTheRight>(q);
+      covariance = gram_of(factor.matrixL());
+    } else {
+      covariance = together;
+    }
+    for (const double part : {0.1, 1.0}) {
+      const Whitening white(covariance, part * kind.scale);
+      const auto whitened = [&](const Eigen::MatrixXd& rows) -> Eigen::MatrixXd {
+        if (kind.group == nullptr) return white(rows);
+        const Eigen::MatrixXd along = q.transpose() * rows;
+        return rows - q * (along - white(along));
+      };
+      const Eigen::VectorXd y = whitened(target);
+      consider(whitened(narrow), y, 0.5 * (target.squaredNorm() - y.squaredNorm() - white.log_determinant()));
+    }
+  }
+  best.log_odds = with - alone;
+  return best;
+}
+
+}  // namespace bayesctrl

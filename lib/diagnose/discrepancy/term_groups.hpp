@@ -1,0 +1,27 @@
+#pragma once
+
+#include "diagnose/motion/smoother.hpp"
+#include "physics/effect.hpp"
+#include "physics/remainder.hpp"
+
+namespace bayesctrl {
+
+/// What terms are for.
+enum class TermUse {
+  compare,  // causes with one another
+  rich,     // the product of two causes, the past of one, or finer than what causes are compared by
+  law,      // few numbers: to predict where nothing was seen, not to say what may be missing
+};
+
+/// Terms that say together how a torque may depend on one cause.
+struct TermGroup {
+  Cause cause = Cause::position;
+  TermUse use = TermUse::compare;
+  int joint = 0;
+  std::vector<Term> terms;
+};
+
+/// All groups for one joint, spread over what the motion along `paths` visits; `seen` is its survey.
+std::vector<TermGroup> term_groups(const Survey& seen, const std::vector<Trajectory>& paths, int joint);
+
+}  // namespace bayesctrl

@@ -1,0 +1,290 @@
+#include "diagnose/fit/fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/error.hpp"
+#include "diagnose/fit/exact_slopes.hpp"
+#include "diagnose/fit/linear_slopes.hpp"
+#include "diagnose/fit/runs.hpp"
+#include "diagnose/fit/starts.hpp"
+#include "physics/parameters.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kGain = 0.1;             // nats that a step must gain, else it was the last,
+constexpr double kGainOfRest = 1e-3;      // and of half the squares that are left
+constexpr double kShortestStep = 6e-4;    // s, of the integration
+constexpr double kNumericalShare = 0.05;  // of the noise
+constexpr double kJitter = 1.1;           // sample periods that one step may take
+constexpr int kLinearIterations = 8;
+constexpr int kExactIterations = 6;
+constexpr int kRoughIterations = 2;
+constexpr int kRounds = 3;         // of steps and polished starts
+constexpr int kTrials = 5;         // of the damping
+constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
+constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
+
+/// Damped Gauss-Newton steps until they gain little, with slopes from the linear response or exact ones; the last
+/// slopes.
+Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, int iterations) {
+  Eigen::MatrixXd slopes = linear_slopes(problem, current);
+  double damping = 1e-4;
+  for (int iteration = 0; iteration < iterations && slopes.cols() > 0; ++iteration) {
+    std::optional<ExactSlopes> exact;
+    if (exactly) {
+      try {
+        exact.emplace(problem, current, slopes);
+      } catch (const NumericalError&) {  // next to here the machine diverges
+        break;
+      }
+      slopes = exact->slopes();
+    } else if (iteration > 0) {
+      slopes = linear_slopes(problem, current);
+    }
+    const Eigen::MatrixXd curvature = information(slopes, current);
+    const Eigen::VectorXd slope = slopes.transpose() * current.residual - prior_slope(current);
+    const Eigen::VectorXd values = values_of(current);
+    double gained = 0.0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      Eigen::MatrixXd damped = curvature;
+      damped.diagonal() *= 1.0 + damping;
+      Fit next = current;
+      assign(next, values + step_within_bounds(damped, slope, current.unknowns));
+      try {
+        if (exact) {
+          exact->follow(problem, next, values_of(next) - values);
+        } else {
+          simulate(problem, next, 1);
+        }
+        gained = 0.5 * (current.squares + prior_cost(current) - next.squares - prior_cost(next));
+      } catch (const NumericalError&) {
+        gained = -kInfinity;
+      }
+      if (gained > 0.0) {
+        current = std::move(next);
+        damping = std::max(0.1 * damping, 1e-9);
+        break;
+      }
+      damping = std::max(10.0 * damping, 1e-2);
+      if (gained > -1e-3) break;
+    }
+    if (gained < std::max(kGain, kGainOfRest * 0.5 * (current.squares - usual_squares(problem.response.rows())))) break;
+  }
+  return slopes;
+}
+
+/// A model simulated as it is given. `starts` of windows, if another fit has found them.
+Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+  Fit current;
+  current.plant = problem.nominal;
+  current.effects = std::move(effects);
+  current.unknowns = list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data,
+                                   problem.excitation.paths());
+  const Machine machine(current.plant, current.effects);
+  for (const Segment& window : problem.response.windows()) {
+    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], machine));
+  }
+  Eigen::VectorXd values = values_of(current);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
+    values[i] = std::clamp(values[i], unknown.low, unknown.high);
+  }
+  assign(current, values);
+  for (std::size_t w = 0; w < starts.size(); ++w) {
+    const Eigen::Index states = 2 * joints(current.plant);
+    if (starts[w].size() == current.starts[w].size()) {
+      current.starts[w] = starts[w];
+    } else {
+      current.starts[w].head(states) = starts[w].head(states);
+    }
+  }
+  simulate(problem, current, starts.empty() ? 2 : 0);
+  return current;
+}
+
+}  // namespace
+
+double prior_cost(const Fit& fit) {
+  double sum = 0.0;
+  for (const Unknown& u : fit.unknowns) sum += std::pow((u.value - u.prior_mean) / u.prior_deviation, 2);
+  return sum;
+}
+
+Eigen::VectorXd prior_slope(const Fit& fit) {
+  Eigen::VectorXd slope(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+    const Unknown& u = fit.unknowns[static_cast<std::size_t>(i)];
+    slope[i] = (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
+  }
+  return slope;
+}
+
+Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit) {
+  Eigen::MatrixXd result = slopes.transpose() * slopes;
+  for (Eigen::Index i = 0; i < result.rows(); ++i) {
+    result(i, i) += 1.0 / std::pow(fit.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
+  }
+  return result;
+}
+
+Eigen::VectorXd values_of(const Fit& fit) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = fit.unknowns[static_cast<std::size_t>(i)].value;
+  return values;
+}
+
+void put(Fit& fit, const Unknown& unknown) {
+  if (unknown.effect < 0) {
+    set_parameter(fit.plant, unknown.name, unknown.value);
+  } else {
+    set_parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name, unknown.value);
+  }
+}
+
+void assign(Fit& fit, const Eigen::VectorXd& values) {
+  for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
+    Unknown& unknown = fit.unknowns[i];
+    unknown.value = values[static_cast<Eigen::Index>(i)];
+    put(fit, unknown);
+  }
+  for (Effect& effect : fit.effects) {
+    std::visit(
+        [](auto& form) {
+          if constexpr (requires { form.admit(); }) form.admit();
+        },
+        effect.form);
+  }
+  for (Unknown& unknown : fit.unknowns) {
+    if (unknown.effect >= 0) {
+      unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
+    }
+  }
+}
+
+void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
+  const Eigen::MatrixXd curvature = information(slopes, fit);
+  fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
+  Eigen::MatrixXd scaled = curvature;
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
+    const double s = fit.unknowns[static_cast<std::size_t>(i)].prior_deviation;
+    scaled.row(i) *= s;
+    scaled.col(i) *= s;
+  }
+  // The identity and what the data add: no pivot is below 1, but rounding in an ill-conditioned one may put it there.
+  double log_det = 0.0;
+  if (scaled.size() > 0) log_det = scaled.ldlt().vectorD().array().max(1.0).log().sum();
+  fit.log_evidence =
+      -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
+  if (!curvature.allFinite() || !std::isfinite(fit.log_evidence)) fit.log_evidence = -kInfinity;
+}
+
+double Fit::deviation(int effect, std::string_view name) const {
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    if (unknowns[i].effect != effect || unknowns[i].name != name) continue;
+    return std::sqrt(std::max(0.0, covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i))));
+  }
+  return 0.0;
+}
+
+double adequate_step(const FitProblem& problem) {
+  Fit start;
+  start.plant = problem.nominal;
+  const Machine nominal(start.plant, {});
+  FitProblem fine = problem;
+  double period = 0.0;  // from sample to sample: no step is longer, so none need be tried
+  for (const Measured& m : problem.data) period = std::max(period, sample_period(m.time));
+  for (double step = std::min(problem.max_step, kJitter * period); step > kShortestStep; step *= 0.5) {
+    fine.max_step = step;
+    FitProblem finer = fine;
+    finer.max_step = 0.5 * step;
+    const Runs coarse_runs(fine, start), fine_runs(finer, start);
+    double squares = 0.0, count = 0.0;
+    for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
+      const Segment& window = problem.response.windows()[w];
+      const WindowStart x = first_start(window, problem.excitation.paths()[window.recording], nominal);
+      try {
+        const Eigen::MatrixXd difference = coarse_runs(w, x) - fine_runs(w, x);
+        const Eigen::VectorXd rows = problem.response.project(w, difference);
+        squares += rows.squaredNorm();
+        count += static_cast<double>(rows.size());
+      } catch (const NumericalError&) {
+      }
+    }
+    if (std::sqrt(squares / std::max(1.0, count)) < kNumericalShare) return step;
+  }
+  return kShortestStep;
+}
+
+Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+  Fit current = begin(problem, std::move(effects), starts);
+  recover(problem, current);
+
+  // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
+  const double usual = usual_squares(problem.response.rows());
+  for (int round = 0; round < kRounds; ++round) {
+    descend(problem, current, false, kLinearIterations);
+    const double before = current.squares;
+    polish(problem, current);
+    if (current.squares <= usual || current.squares > kMuch * before) break;  // else the starts have misled the rest
+  }
+  const bool hopeless = current.squares > kHopeless * usual && current.squares > kBehind * problem.best;
+  if (current.squares > usual && !hopeless) {
+    Eigen::MatrixXd slopes =
+        descend(problem, current, true, current.squares > kHopeless * usual ? kRoughIterations : kExactIterations);
+    if (recover(problem, current)) slopes = descend(problem, current, true, kExactIterations);
+    current.refined = current.squares <= kHopeless * usual;
+    weigh(problem, current, slopes);
+    return current;
+  }
+  weigh(problem, current, linear_slopes(problem, current));
+  return current;
+}
+
+Fit started(const FitProblem& problem, Fit fit) {
+  simulate(problem, fit, 2);
+  polish(problem, fit);
+  return fit;
+}
+
+double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+  return begin(problem, std::move(effects), starts).squares;
+}
+
+Fit refined(const FitProblem& problem, Fit current) {
+  current.refined = true;
+  Eigen::MatrixXd slopes = descend(problem, current, true, kExactIterations);
+  if (recover(problem, current)) slopes = descend(problem, current, true, kExactIterations);
+  weigh(problem, current, slopes);
+  return current;
+}
+
+std::vector<Eigen::MatrixXd> rests(const FitProblem& problem, const Fit& fit) {
+  const Runs runs(problem, fit);
+  std::vector<Eigen::MatrixXd> list;
+  for (std::size_t w = 0; w < fit.starts.size(); ++w) list.push_back(runs.rest(w, fit.starts[w]));
+  return list;
+}
+
+std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere) {
+  std::vector<Trajectory> result = elsewhere;
+  const Runs runs(problem, fit);
+  const std::vector<Segment>& windows = problem.response.windows();
+  const Eigen::Index n = joints(fit.plant);
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    Eigen::MatrixXd states;
+    runs(w, fit.starts[w], &states);
+    Trajectory& path = result[windows[w].recording];
+    const auto first = static_cast<Eigen::Index>(windows[w].first);
+    path.position.middleRows(first, states.rows()) = states.leftCols(n);
+    path.velocity.middleRows(first, states.rows()) = states.rightCols(n);
+    path.velocity_sd.middleRows(first, states.rows()).setConstant(1e-6);
+  }
+  return result;
+}
+
+}  // namespace bayesctrl

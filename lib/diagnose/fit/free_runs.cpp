@@ -1,0 +1,100 @@
+#include "diagnose/fit/free_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kWindowRounds = 6;
+constexpr double kStepOfRemainder = 5e-3;  // s: its terms can be steep
+
+}  // namespace
+
+Remainder::Memory remember(const Remainder& remainder, const Measured& data, const Trajectory& path, std::size_t from,
+                           std::size_t to, Remainder::Memory memory) {
+  if (memory.empty()) {
+    memory = remainder.begin(path.position.row(0), path.velocity.row(0));
+  }
+  for (std::size_t k = from; k < to; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    remainder.advance(memory, 0.5 * (path.position.row(row) + path.position.row(row + 1)),
+                      0.5 * (path.velocity.row(row) + path.velocity.row(row + 1)), input_at(data, k, 0.5),
+                      data.time[k + 1] - data.time[k]);
+  }
+  return memory;
+}
+
+FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+                   double horizon, bool new_recordings, double max_step,
+                   const std::function<bool(const Segment&)>& wanted) {
+  if (!model.remainder.empty()) max_step = std::min(max_step, kStepOfRemainder);
+  FreeRuns result;
+  const int n = joints(model.plant);
+  std::vector<Effect> effects = model.effects;
+  if (new_recordings) {
+    for (Effect& effect : effects) effect.recording = -1;
+  }
+  std::vector<Machine> list;
+  for (const Machine& machine : machines(model.plant, effects, data.size())) {
+    list.emplace_back(model.plant, machine.effects(), model.remainder);
+  }
+  std::vector<std::vector<Drive>> drives;
+  std::vector<Eigen::MatrixXd> hidden;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    drives.push_back(drives_of(list[r], data[r]));
+    hidden.push_back(list[r].hidden_states(data[r].time, paths[r].velocity));
+    result.simulated.push_back(Eigen::MatrixXd::Constant(data[r].position.rows(), n, std::nan("")));
+    result.velocity.push_back(result.simulated.back());
+  }
+  double squares = 0.0;
+  JointVector lags = JointVector::Zero(n);  // as the window before has found them,
+  double since = 0.0;                       // at this time
+  Remainder::Memory memory;
+  std::size_t of = 0, reached = 0;  // recording and sample that the memory belongs to
+  for (const Segment& window : windows(data, horizon)) {
+    if (wanted && !wanted(window)) continue;
+    const std::size_t r = window.recording;
+    const auto first = static_cast<Eigen::Index>(window.first), size = static_cast<Eigen::Index>(window.samples());
+    const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
+    if (!model.remainder.empty()) {
+      if (r != of) {
+        memory.clear();
+        of = r;
+        reached = 0;
+      }
+      memory = remember(model.remainder, data[r], paths[r], reached, window.first, std::move(memory));
+      reached = window.first;
+    }
+    const double now = data[r].time[window.first];
+    lags = window.opens ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
+    since = now;
+    const auto run = [&](const WindowStart& x, Eigen::MatrixXd* states) {
+      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step,
+                         hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);
+    };
+    WindowStart start = first_start(window, paths[r], list[r]);
+    result.samples += static_cast<double>(size * n);
+    try {
+      start = fit_start([&](const WindowStart& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
+                        kWindowRounds, precision_of(start, data[r]));
+      lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
+      Eigen::MatrixXd states;
+      const Eigen::MatrixXd simulated = run(start, &states);
+      result.window_rms.push_back(std::sqrt((measured - simulated).squaredNorm() / static_cast<double>(size * n)));
+      result.simulated[r].middleRows(first, size) = simulated;
+      result.velocity[r].middleRows(first, size) = states.rightCols(n);
+    } catch (const NumericalError&) {
+      const Eigen::MatrixXd moved = measured.rowwise() - measured.colwise().mean();
+      result.window_rms.push_back(std::sqrt(moved.squaredNorm() / static_cast<double>(size * n)));
+    }
+    squares += result.window_rms.back() * result.window_rms.back() * static_cast<double>(size * n);
+  }
+  result.rms = std::sqrt(squares / std::max(1.0, result.samples));
+  return result;
+}
+
+}  // namespace bayesctrl

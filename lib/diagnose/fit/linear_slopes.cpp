@@ -1,0 +1,82 @@
+#include "diagnose/fit/linear_slopes.hpp"
+
+#include <algorithm>
+
+#include "physics/parameters.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+/// What the unknowns do to accelerations and measured positions, per unit: one column for each, rows as the response
+/// takes them.
+struct Influence {
+  std::vector<Eigen::MatrixXd> acceleration, measured;  // per recording
+  Eigen::VectorXd rms;                                  // of accelerations
+};
+
+Influence influence(const FitProblem& problem, const Fit& fit) {
+  const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
+  Influence result{{}, {}, Eigen::VectorXd::Zero(count)};
+  double samples = 0.0;
+  for (std::size_t r = 0; r < problem.data.size(); ++r) {
+    const Eigen::Index size = problem.data[r].position.size();
+    Eigen::MatrixXd& acceleration = result.acceleration.emplace_back(size, count);
+    Eigen::MatrixXd& measured = result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+      const double up = std::min(unknown.value + unknown.step, unknown.high);
+      const double down = std::max(unknown.value - unknown.step, unknown.low);
+      Eigen::MatrixXd a;
+      if (unknown.effect < 0) {
+        Plant higher = fit.plant, lower = fit.plant;
+        set_parameter(higher, unknown.name, up);
+        set_parameter(lower, unknown.name, down);
+        a = problem.excitation.acceleration(higher, r) - problem.excitation.acceleration(lower, r);
+      } else {
+        Effect higher = fit.effects[static_cast<std::size_t>(unknown.effect)], lower = higher;
+        set_parameter(higher.form, unknown.name, up);
+        set_parameter(lower.form, unknown.name, down);
+        a = problem.excitation.acceleration(higher, r, fit.effects) -
+            problem.excitation.acceleration(lower, r, fit.effects);
+        const Eigen::MatrixXd m = problem.excitation.measured(higher, r) - problem.excitation.measured(lower, r);
+        measured.col(i) = m.transpose().reshaped() / (up - down);
+      }
+      acceleration.col(i) = a.transpose().reshaped() / (up - down);
+      result.rms[i] += acceleration.col(i).squaredNorm();
+    }
+    samples += static_cast<double>(problem.data[r].samples());
+  }
+  result.rms = (result.rms / samples).cwiseSqrt();
+  return result;
+}
+
+}  // namespace
+
+Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
+  const double nominal = problem.excitation.nominal_acceleration();
+  if (fit.unknowns.empty()) return Eigen::MatrixXd(problem.response.rows(), 0);
+  const Influence effect = influence(problem, fit);
+  Eigen::MatrixXd slopes = problem.response.responses(effect.acceleration);
+  const auto on_sensor = [&](const Unknown& unknown) {
+    return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
+  };
+  if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), on_sensor)) {
+    slopes += problem.response.measured(effect.measured);
+  }
+  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
+    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+    if (unknown.prior_deviation <= 0.0) {
+      unknown.prior_deviation =
+          on_sensor(unknown) ? kPriorShare : kPriorShare * nominal / std::max(effect.rms[i], 1e-12 * nominal);
+    }
+    if (unknown.name == "static") {  // friction at rest is seldom more than three times that in motion
+      const auto& law = std::get<StribeckFriction>(fit.effects[static_cast<std::size_t>(unknown.effect)].form);
+      unknown.prior_mean = law.coulomb;
+      unknown.prior_deviation = std::max(law.coulomb, 0.5 * law.static_level);
+    }
+  }
+  return slopes;
+}
+
+}  // namespace bayesctrl

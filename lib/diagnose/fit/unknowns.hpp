@@ -1,0 +1,28 @@
+#pragma once
+
+#include "diagnose/motion/excitation.hpp"
+
+namespace bayesctrl {
+
+/// One number that a fit adjusts: a parameter of an effect or, with effect -1, a free parameter of the plant.
+struct Unknown {
+  int effect = -1;
+  std::string name;
+  double value = 0.0;
+  double low = -kInfinity, high = kInfinity;
+  double prior_mean = 0.0, prior_deviation = 1.0;
+  double step = 1e-3;  // of differences
+};
+
+/// What a fit adjusts: `free` parameters of the plant, about those of `given`, then all of the effects, with their
+/// bounds, priors and steps. A prior deviation of 0 is one that follows from what the parameter does.
+std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const std::vector<Effect>& effects,
+                                   const std::vector<std::string>& free, const std::vector<Measured>& data,
+                                   const std::vector<Trajectory>& paths);
+
+/// Newton's step from the unknowns' values for a cost with this curvature and this negative gradient. Unknowns that it
+/// would push beyond a bound stop there, and the others make the best of it.
+Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& slope,
+                                   const std::vector<Unknown>& unknowns);
+
+}  // namespace bayesctrl

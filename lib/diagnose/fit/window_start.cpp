@@ -1,0 +1,130 @@
+#include "diagnose/fit/window_start.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kPieces = 4;            // of a step whose input is a straight line
+constexpr double kLittle = 1e-3;      // of the squares: no round that gains less is worth it
+constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the slopes promised: they hold further
+
+}  // namespace
+
+WindowStart first_start(const Segment& window, const Trajectory& path, const Machine& machine) {
+  const auto row = static_cast<Eigen::Index>(window.first);
+  const Eigen::Index n = path.position.cols();
+  const bool unknown = (machine.has_hidden_states() && window.after_gap) || (machine.has_lags() && window.opens);
+  WindowStart start = WindowStart::Zero((unknown ? 4 : 2) * n);
+  start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
+  return start;
+}
+
+HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, HiddenStates known) {
+  const Eigen::Index n = known.lags.size();
+  if (start.size() > 2 * n) {
+    if (window.after_gap) known.effects = start.segment(2 * n, n);
+    known.lags = start.tail(n);
+  }
+  return known;
+}
+
+WindowStart precision_of(const WindowStart& start, const Measured& data) {
+  WindowStart precision = WindowStart::Zero(start.size());
+  const Eigen::Index n = data.input.cols();
+  if (start.size() > 2 * n) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      precision[3 * n + j] =
+          1.0 / std::max(1e-12, data.input.col(j).squaredNorm() / static_cast<double>(data.samples()));
+    }
+  }
+  return precision;
+}
+
+WindowStart weights_of(const WindowStart& precision, const Eigen::MatrixXd& rest) {
+  return precision * (rest.squaredNorm() / static_cast<double>(rest.size()));
+}
+
+WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds,
+                      const WindowStart& precision) {
+  Eigen::MatrixXd rest = rest_of(x), slopes(rest.size(), x.size());
+  double damping = 1e-6;
+  bool slopes_hold = false;  // near enough those of the present start
+  for (int round = 0; round < rounds; ++round) {
+    for (Eigen::Index i = 0; i < x.size() && !slopes_hold; ++i) {
+      WindowStart moved = x;
+      moved[i] += kStartStep;
+      slopes.col(i) = ((rest - rest_of(moved)) / kStartStep).reshaped();
+    }
+    const WindowStart weight = weights_of(precision, rest);
+    const auto cost = [&](const Eigen::MatrixXd& left, const WindowStart& at) {
+      return left.squaredNorm() + weight.dot(at.cwiseAbs2());
+    };
+    Eigen::MatrixXd curvature = slopes.transpose() * slopes;
+    curvature.diagonal() += weight;
+    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped() - weight.cwiseProduct(x);
+    const double before = cost(rest, x), largest = curvature.diagonal().maxCoeff();
+    double gained = 0.0, promised = 0.0;
+    for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
+      Eigen::MatrixXd damped = curvature;
+      damped.diagonal() *= 1.0 + damping;
+      damped.diagonal().array() += 1e-14 * largest;
+      const WindowStart change = damped.ldlt().solve(gradient), next = x + change;
+      promised = 2.0 * change.dot(gradient) - change.dot(curvature * change);
+      if (promised <= kLittle * before) return x;
+      Eigen::MatrixXd tried;
+      try {
+        tried = rest_of(next);
+      } catch (const NumericalError&) {
+        continue;
+      }
+      gained = before - cost(tried, next);
+      if (gained > 0.0) {
+        x = next;
+        rest = tried;
+        damping *= 0.1;
+      }
+      if (slopes_hold) break;  // no use in shorter steps along old slopes
+    }
+    if (gained <= kLittle * before) {
+      if (!slopes_hold || gained > 0.0) break;
+      slopes_hold = false;
+    } else {
+      slopes_hold = std::abs(gained - promised) < kAsPromised * promised;
+    }
+  }
+  return x;
+}
+
+std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {
+  std::vector<Machine> list;
+  for (std::size_t r = 0; r < recordings; ++r) {
+    std::vector<Effect> here;
+    for (const Effect& effect : effects) {
+      if (effect.recording < 0 || static_cast<std::size_t>(effect.recording) == r) here.push_back(effect);
+    }
+    list.emplace_back(plant, std::move(here));
+  }
+  return list;
+}
+
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data) {
+  if (!data.linear_hold) return machine.drives(data.time, data.input);
+  std::vector<double> time;
+  Eigen::MatrixXd input((data.input.rows() - 1) * kPieces + 1, data.input.cols());
+  for (std::size_t k = 0; k + 1 < data.samples(); ++k) {
+    for (int i = 0; i < kPieces; ++i) {
+      input.row(static_cast<Eigen::Index>(time.size())) = input_at(data, k, (i + 0.5) / kPieces).transpose();
+      time.push_back(data.time[k] + (data.time[k + 1] - data.time[k]) * i / kPieces);
+    }
+  }
+  input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(data.input.rows() - 1);
+  time.push_back(data.time.back());
+  return machine.drives(time, input);
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,228 @@
+#include "diagnose/motion/excitation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "physics/machine/drive.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kPartOfStep = 4e-3;  // s: steps are looked at in the midst of parts of about this length,
+constexpr double kMostParts = 3.0;
+constexpr double kLongestStep = 0.01;  // s, of hidden states
+
+/// Expected sign of a velocity that is known up to `sd`.
+double soft_sign(double v, double sd) {
+  return sd > 0.0 ? std::erf(v / (std::sqrt(2.0) * sd)) : v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0;
+}
+
+}  // namespace
+
+Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
+    : plant_(plant), data_(data), paths_(paths), joints_(joints(plant)) {
+  parts_ =
+      static_cast<std::size_t>(std::clamp(std::round(shortest_sample_period(data_) / kPartOfStep), 1.0, kMostParts));
+  for (std::size_t r = 0; r < data_.size(); ++r) {
+    const Measured& m = data_[r];
+    const Trajectory& path = paths_[r];
+    std::vector<Point>& list = points_.emplace_back();
+    list.reserve(m.samples() * parts_);
+    for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
+      const auto row = static_cast<Eigen::Index>(k);
+      const double h = m.time[k + 1] - m.time[k];
+      const JointVector q0 = path.position.row(row), q1 = path.position.row(row + 1);
+      const JointVector v0 = path.velocity.row(row), v1 = path.velocity.row(row + 1);
+      for (std::size_t i = 0; i < parts_; ++i) {
+        const double s = (static_cast<double>(i) + 0.5) / static_cast<double>(parts_);
+        Point p;
+        p.time = m.time[k] + s * h;
+        p.q = (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s) * q0 + s * s * (3.0 - 2.0 * s) * q1 +
+              h * s * (1.0 - s) * ((1.0 - s) * v0 - s * v1);
+        p.v = (1.0 - s) * v0 + s * v1;
+        p.sd_v = path.velocity_sd.row(row);
+        p.qdd = (v1 - v0) / h;
+        p.u = input_at(m, k, s);
+        const Motion now = motion(plant_, p.q, p.v, p.u, p.time);
+        p.mobility = now.mobility;
+        p.external = external_torque(plant_, p.q);
+        p.motor = p.u;
+        if (std::holds_alternative<Custom>(plant_)) {
+          const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
+          p.motor = moving<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
+        }
+        list.push_back(std::move(p));
+      }
+    }
+  }
+  const Eigen::VectorXd torque = torque_scale(plant_, data_);
+  double squares = 0.0, samples = 0.0;
+  for (std::size_t r = 0; r < data_.size(); ++r) {
+    for (int j = 0; j < joints_; ++j) {
+      squares += acceleration(Eigen::VectorXd::Constant(data_[r].position.rows(), torque[j]), j, r).squaredNorm();
+    }
+    samples += static_cast<double>(data_[r].samples());
+  }
+  nominal_acceleration_ = std::sqrt(squares / samples);
+}
+
+Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recording,
+                                         const std::vector<Effect>& beside) const {
+  const Measured& m = data_[recording];
+  const std::vector<Point>& points = points_[recording];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
+  if (effect.recording >= 0 && static_cast<std::size_t>(effect.recording) != recording) return result;
+  const int j = effect.joint;
+  const std::size_t steps = m.samples() - 1;
+
+  std::visit(
+      [&]<class E>(const E& form) {
+        const auto add = [&](auto&& torque_at) {  // torque in this joint alone
+          for (std::size_t i = 0; i < points.size(); ++i) {
+            result.row(static_cast<Eigen::Index>(i / parts_)) +=
+                (torque_at(points[i]) / static_cast<double>(parts_)) * points[i].mobility.col(j).transpose();
+          }
+        };
+        const auto seen = [&](const Point& p) {
+          const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
+          return JointState{p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
+        };
+        if constexpr (TorqueEffect<E>) {
+          add([&](const Point& p) { return form.torque_at(seen(p)); });
+        } else if constexpr (DryFriction<E>) {
+          add([&](const Point& p) { return -form.sliding(seen(p)) * soft_sign(p.v[j], p.sd_v[j]); });
+        } else if constexpr (InertiaEffect<E>) {
+          add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
+        } else if constexpr (HiddenStateEffect<E>) {
+          double z = 0.0;
+          add([&](const Point& p) {
+            const double h = std::min(kLongestStep, (m.time.back() - m.time.front()) / double(steps * parts_));
+            const double settling = form.settling_rate(p.v[j]);
+            // Towards where z' = 0, exactly for a constant velocity.
+            const double push = form.rate(p.v[j], 0.0);
+            const double decay = std::exp(-settling * h);
+            const double before = z;
+            z = settling * h > 1e-9 ? push / settling + (z - push / settling) * decay : z + push * h;
+            return form.torque_of(0.5 * (before + z));
+          });
+        } else if constexpr (TiltEffect<E>) {
+          JointVector tilt = JointVector::Zero(joints_);
+          tilt[j] = form.tilt();
+          for (std::size_t i = 0; i < points.size(); ++i) {
+            const Point& p = points[i];
+            const JointVector torque = external_torque(plant_, p.q + tilt) - p.external;
+            result.row(static_cast<Eigen::Index>(i / parts_)) +=
+                (p.mobility * torque).transpose() / static_cast<double>(parts_);
+          }
+        } else if constexpr (!SensorEffect<E>) {
+          result = driven({effect}, j, recording);
+        }
+      },
+      effect.form);
+  return result;
+}
+
+/// By effects on the input of one joint.
+Eigen::MatrixXd Excitation::driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const {
+  const Measured& m = data_[recording];
+  const std::vector<Point>& points = points_[recording];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
+  const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint);
+  const std::vector<double>& switches = drive.switches();
+  constexpr std::size_t kFine = 8;  // means over a step resolve switches within it
+  std::size_t segment = 0;
+  for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
+    const double h = m.time[k + 1] - m.time[k];
+    double mean = 0.0;
+    for (std::size_t i = 0; i < kFine; ++i) {
+      const double t = m.time[k] + h * (static_cast<double>(i) + 0.5) / kFine;
+      while (segment + 1 < switches.size() && switches[segment + 1] <= t) ++segment;
+      mean += drive.at(segment, t) / kFine;
+    }
+    const Point& p = points[k * parts_ + parts_ / 2];
+    JointVector changed = p.u;
+    changed[joint] = mean;
+    const JointVector difference = std::holds_alternative<Custom>(plant_)
+                                       ? JointVector(motion(plant_, p.q, p.v, changed, p.time).acceleration -
+                                                     motion(plant_, p.q, p.v, p.u, p.time).acceleration)
+                                       : JointVector(p.mobility.col(joint) * (mean - p.u[joint]));
+    result.row(static_cast<Eigen::Index>(k)) = difference.transpose();
+  }
+  return result;
+}
+
+Eigen::MatrixXd Excitation::acceleration(const std::vector<Effect>& effects, std::size_t recording) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
+  std::array<std::vector<Effect>, kMaxJoints> on_input;
+  for (const Effect& effect : effects) {
+    if (channel(effect.form) == "input") {
+      on_input[static_cast<std::size_t>(effect.joint)].push_back({effect.form, effect.joint, -1});
+    } else {
+      result += acceleration(effect, recording, effects);
+    }
+  }
+  for (int j = 0; j < joints_; ++j) {
+    const std::vector<Effect>& chain = on_input[static_cast<std::size_t>(j)];
+    if (!chain.empty()) result += driven(chain, j, recording);
+  }
+  return result;
+}
+
+Eigen::MatrixXd Excitation::measured(const Effect& effect, std::size_t recording) const {
+  const Trajectory& path = paths_[recording];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(path.position.rows(), path.position.cols());
+  std::visit(
+      [&]<class E>(const E& form) {
+        if constexpr (SensorEffect<E>) {
+          for (Eigen::Index k = 0; k < result.rows(); ++k) {
+            const double q = path.position(k, effect.joint);
+            result(k, effect.joint) = form.measured(q) - q;
+          }
+        }
+      },
+      effect.form);
+  return result;
+}
+
+Eigen::MatrixXd Excitation::acceleration(const Plant& other, std::size_t recording) const {
+  const std::vector<Point>& points = points_[recording];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& p = points[i];
+    const JointVector difference =
+        motion(other, p.q, p.v, p.u, p.time).acceleration - motion(plant_, p.q, p.v, p.u, p.time).acceleration;
+    result.row(static_cast<Eigen::Index>(i / parts_)) += difference.transpose() / static_cast<double>(parts_);
+  }
+  return result;
+}
+
+Eigen::MatrixXd Excitation::acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const {
+  const std::vector<Point>& points = points_[recording];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
+  for (std::size_t i = parts_ / 2; i < points.size(); i += parts_) {
+    const auto k = static_cast<Eigen::Index>(i / parts_);
+    result.row(k) = torque[k] * points[i].mobility.col(joint).transpose();
+  }
+  return result;
+}
+
+Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint) {
+  Survey result;
+  result.lowest = kInfinity;
+  result.highest = -kInfinity;
+  result.period = shortest_sample_period(data);
+  result.joints = static_cast<int>(data.front().position.cols());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const auto q = paths[r].position.col(joint);
+    result.lowest = std::min(result.lowest, q.minCoeff());
+    result.highest = std::max(result.highest, q.maxCoeff());
+    result.speed = std::max(result.speed, paths[r].velocity.col(joint).cwiseAbs().maxCoeff());
+    result.input = std::max(result.input, data[r].input.col(joint).cwiseAbs().maxCoeff());
+    result.durations.push_back(data[r].time.back());
+  }
+  return result;
+}
+
+}  // namespace bayesctrl

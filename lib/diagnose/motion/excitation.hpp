@@ -1,0 +1,61 @@
+#pragma once
+
+#include "diagnose/motion/smoother.hpp"
+#include "physics/effect.hpp"
+
+namespace bayesctrl {
+
+/// Standard deviation of what an effect may do, as part of the nominal's torque.
+inline constexpr double kPriorShare = 0.2;
+
+/// What effects do along a known motion: the acceleration that each adds between neighbouring samples. Everything that
+/// does not depend on the effect is computed once.
+class Excitation {
+ public:
+  Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths);
+
+  /// Mean acceleration from sample k to k + 1 in row k, joints in columns; zero where the effect does not act. Sensor
+  /// effects accelerate nothing. Springs `beside` the effect load what rubs.
+  Eigen::MatrixXd acceleration(const Effect& effect, std::size_t recording,
+                               const std::vector<Effect>& beside = {}) const;
+
+  /// The same of a whole set; effects on one joint's input act one after the other.
+  Eigen::MatrixXd acceleration(const std::vector<Effect>& effects, std::size_t recording) const;
+
+  /// What a sensor effect adds to the measured positions; zero for all others.
+  Eigen::MatrixXd measured(const Effect& effect, std::size_t recording) const;
+
+  /// Acceleration along the motion of one plant less that of the nominal: the effect of its parameters.
+  Eigen::MatrixXd acceleration(const Plant& other, std::size_t recording) const;
+
+  /// Any torque in one joint as a function of its state, in the midst of each step.
+  Eigen::MatrixXd acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const;
+
+  /// RMS acceleration that the nominal's torques stand for: the measure of priors.
+  double nominal_acceleration() const { return nominal_acceleration_; }
+
+  const std::vector<Measured>& data() const { return data_; }
+  const std::vector<Trajectory>& paths() const { return paths_; }
+  const Plant& plant() const { return plant_; }
+
+ private:
+  struct Point {
+    double time;
+    JointVector q, v, sd_v, qdd, u, motor, external;
+    JointMatrix mobility;
+  };
+  Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;
+
+  Plant plant_;
+  const std::vector<Measured>& data_;
+  const std::vector<Trajectory>& paths_;
+  int joints_;
+  std::size_t parts_ = 1;                   // of a step
+  std::vector<std::vector<Point>> points_;  // per recording, parts_ per step
+  double nominal_acceleration_ = 0.0;
+};
+
+/// The region that the motion visits in one joint.
+Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint);
+
+}  // namespace bayesctrl

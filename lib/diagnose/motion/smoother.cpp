@@ -1,0 +1,243 @@
+#include "diagnose/motion/smoother.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kMaxStates = 3 * kMaxJoints;
+using State = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxStates, 1>;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxStates>;
+
+/// d(q'')/d[q, v] at one point, joints x 2 joints, by central differences.
+Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, 2 * kMaxJoints> slope(
+    const Plant& plant, const JointVector& q, const JointVector& v, const JointVector& u, double t) {
+  const Eigen::Index n = q.size();
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, 2 * kMaxJoints> result(n, 2 * n);
+  constexpr double kStep = 1e-5;
+  for (Eigen::Index i = 0; i < 2 * n; ++i) {
+    JointVector q1 = q, v1 = v, q2 = q, v2 = v;
+    (i < n ? q1[i] : v1[i - n]) += kStep;
+    (i < n ? q2[i] : v2[i - n]) -= kStep;
+    result.col(i) =
+        (motion(plant, q1, v1, u, t).acceleration - motion(plant, q2, v2, u, t).acceleration) / (2.0 * kStep);
+  }
+  return result;
+}
+
+/// One pass of the filter over a stretch; keeps what the smoother needs if asked.
+class Filter {
+ public:
+  Filter(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise, const std::vector<TorquePrior>& prior)
+      : plant_(plant), data_(data), noise_(noise), prior_(prior), n_(noise.size()) {}
+
+  /// Log likelihood of the stretch.
+  double run(const Segment& stretch, Trajectory* out) {
+    const Eigen::Index n = n_, size = 3 * n;
+    const std::size_t count = stretch.samples();
+    State x = State::Zero(size);
+    Square p = Square::Zero(size, size);
+    start(stretch, x, p);
+    std::vector<State> filtered, predicted;
+    std::vector<Square> filtered_p, predicted_p, transition;
+    double likelihood = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t k = stretch.first + i;
+      if (i > 0) {
+        const Square phi = step(k - 1, x, p);
+        if (out != nullptr) transition.push_back(phi);
+      }
+      if (out != nullptr) {
+        predicted.push_back(x);
+        predicted_p.push_back(p);
+      }
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const double variance = p(j, j) + noise_[j] * noise_[j];
+        const double surprise = data_.position(static_cast<Eigen::Index>(k), j) - x[j];
+        likelihood -= 0.5 * (surprise * surprise / variance + std::log(variance));
+        const State gain = p.col(j) / variance;
+        x += gain * surprise;
+        p -= (gain * gain.transpose() * variance).eval();
+      }
+      if (!x.allFinite()) return -kInfinity;
+      if (out != nullptr) {
+        filtered.push_back(x);
+        filtered_p.push_back(p);
+      }
+    }
+    if (out == nullptr) return likelihood;
+    State smoothed = filtered.back();
+    Square smoothed_p = filtered_p.back();
+    for (std::size_t i = count; i-- > 0;) {
+      if (i + 1 < count) {
+        const Square gain = filtered_p[i] * transition[i].transpose() * predicted_p[i + 1].partialPivLu().inverse();
+        smoothed = State(filtered[i] + gain * (smoothed - predicted[i + 1]));
+        smoothed_p = Square(filtered_p[i] + gain * (smoothed_p - predicted_p[i + 1]) * gain.transpose());
+      }
+      const auto row = static_cast<Eigen::Index>(stretch.first + i);
+      out->position.row(row) = smoothed.head(n);
+      out->velocity.row(row) = smoothed.segment(n, n);
+      out->missing_torque.row(row) = smoothed.tail(n);
+      for (Eigen::Index j = 0; j < n; ++j) {
+        out->velocity_sd(row, j) = std::sqrt(std::max(0.0, smoothed_p(n + j, n + j)));
+        out->torque_sd(row, j) = std::sqrt(std::max(0.0, smoothed_p(2 * n + j, 2 * n + j)));
+      }
+    }
+    return likelihood;
+  }
+
+ private:
+  /// Position and velocity from a straight line through the first samples.
+  void start(const Segment& stretch, State& x, Square& p) const {
+    const auto first = static_cast<Eigen::Index>(stretch.first);
+    const auto few = static_cast<Eigen::Index>(std::min<std::size_t>(stretch.samples(), 8));
+    const double span =
+        std::max(1e-9, data_.time[stretch.first + static_cast<std::size_t>(few) - 1] - data_.time[stretch.first]);
+    for (Eigen::Index j = 0; j < n_; ++j) {
+      x[j] = data_.position(first, j);
+      x[n_ + j] = (data_.position(first + few - 1, j) - data_.position(first, j)) / span;
+      p(j, j) = 100.0 * noise_[j] * noise_[j];
+      const double doubt = 10.0 * noise_[j] / span + 0.5 * std::abs(x[n_ + j]) + 20.0 * span;
+      p(n_ + j, n_ + j) = doubt * doubt;
+      const double deviation = prior_[static_cast<std::size_t>(j)].deviation;
+      p(2 * n_ + j, 2 * n_ + j) = deviation * deviation;
+    }
+  }
+
+  /// Moves mean and covariance from sample k to k + 1; returns the transition matrix.
+  Square step(std::size_t k, State& x, Square& p) const {
+    const Eigen::Index n = n_, size = 3 * n;
+    const double h = data_.time[k + 1] - data_.time[k];
+    JointVector q = x.head(n), v = x.segment(n, n);
+    const JointVector d = x.tail(n), u = input_at(data_, k, 0.5);
+    const auto a = slope(plant_, q, v, u, data_.time[k]);
+    const JointMatrix mobility = motion(plant_, q, v, u, data_.time[k]).mobility;
+    propagate(plant_, q, v, data_, k, d);
+    Square rate = Square::Zero(size, size);
+    rate.block(0, n, n, n).setIdentity();
+    rate.block(n, 0, n, 2 * n) = a;
+    rate.block(n, 2 * n, n, n) = mobility;
+    const Square square = rate * rate;
+    Square phi = Square::Identity(size, size) + h * rate + 0.5 * h * h * square + h * h * h / 6.0 * (square * rate);
+    Square q_noise = Square::Zero(size, size);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const TorquePrior& prior = prior_[static_cast<std::size_t>(j)];
+      const double decay = std::exp(-h / prior.correlation);
+      phi(2 * n + j, 2 * n + j) = decay;
+      const double variance = prior.deviation * prior.deviation * (1.0 - decay * decay);
+      // The torque's noise within the step, as a ramp: it reaches v with h / 2 and q with h^2 / 6.
+      State push = State::Zero(size);
+      push[2 * n + j] = 1.0;
+      for (Eigen::Index i = 0; i < n; ++i) {
+        push[n + i] = 0.5 * h * mobility(i, j);
+        push[i] = h * h / 6.0 * mobility(i, j);
+      }
+      q_noise += variance * push * push.transpose();
+      x[2 * n + j] *= decay;
+    }
+    x.head(n) = q;
+    x.segment(n, n) = v;
+    p = (phi * p * phi.transpose() + q_noise).eval();
+    p = (0.5 * (p + p.transpose())).eval();
+    for (Eigen::Index i = 0; i < 2 * n; ++i) p(i, i) += 1e-18;
+    return phi;
+  }
+
+  const Plant& plant_;
+  const Measured& data_;
+  const Eigen::VectorXd& noise_;
+  const std::vector<TorquePrior>& prior_;
+  Eigen::Index n_;
+};
+
+}  // namespace
+
+JointVector input_at(const Measured& data, std::size_t k, double s) {
+  const auto row = static_cast<Eigen::Index>(k);
+  if (!data.linear_hold || k + 1 >= data.samples()) return data.input.row(row).transpose();
+  return ((1.0 - s) * data.input.row(row) + s * data.input.row(row + 1)).transpose();
+}
+
+void propagate(const Plant& plant, JointVector& q, JointVector& v, const Measured& data, std::size_t k,
+               const JointVector& missing_torque) {
+  const double t = data.time[k], h = data.time[k + 1] - t;
+  const auto rate = [&](const JointVector& at, const JointVector& speed, double s) -> JointVector {
+    const Motion m = motion(plant, at, speed, input_at(data, k, s), t + s * h);
+    return m.acceleration + m.mobility * missing_torque;
+  };
+  const JointVector a1 = rate(q, v, 0.0), v2 = v + 0.5 * h * a1;
+  const JointVector a2 = rate(q + 0.5 * h * v, v2, 0.5), v3 = v + 0.5 * h * a2;
+  const JointVector a3 = rate(q + 0.5 * h * v2, v3, 0.5), v4 = v + h * a3;
+  const JointVector a4 = rate(q + h * v3, v4, 1.0);
+  q += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+  v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+}
+
+Trajectory smooth(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise,
+                  const std::vector<TorquePrior>& prior) {
+  const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(data.position.rows(), data.position.cols());
+  Trajectory result{data.position, zero, zero, zero, zero};
+  Filter filter(plant, data, noise, prior);
+  for (const Segment& stretch : stretches(data, 0)) filter.run(stretch, &result);
+  return result;
+}
+
+std::vector<Trajectory> smooth_all(const Plant& plant, const std::vector<Measured>& data,
+                                   const Eigen::VectorXd& noise) {
+  const std::vector<TorquePrior> prior = likely_torque_prior(plant, data, noise);
+  std::vector<Trajectory> paths;
+  for (const Measured& m : data) paths.push_back(smooth(plant, m, noise, prior));
+  return paths;
+}
+
+Eigen::VectorXd torque_scale(const Plant& plant, const std::vector<Measured>& data) {
+  const Eigen::Index n = data.front().position.cols();
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(n);
+  double count = 0.0;
+  for (const Measured& m : data) {
+    // Torque of the nominal at the measured motion, speeds from differences over about 0.05 s.
+    const auto reach = static_cast<std::size_t>(std::max(1.0, std::round(0.03 / sample_period(m.time))));
+    for (std::size_t k = reach; k + reach < m.samples(); k += reach) {
+      const JointVector q = m.position.row(static_cast<Eigen::Index>(k)).transpose();
+      const JointVector v =
+          (m.position.row(static_cast<Eigen::Index>(k + reach)) - m.position.row(static_cast<Eigen::Index>(k - reach)))
+              .transpose() /
+          (m.time[k + reach] - m.time[k - reach]);
+      const JointVector u = input_at(m, k, 0.0), none = JointVector::Zero(n);
+      const Motion driven = motion(plant, q, v, u, m.time[k]), idle = motion(plant, q, v, none, m.time[k]);
+      const auto inertia = driven.mobility.partialPivLu();
+      const JointVector motor = inertia.solve(driven.acceleration - idle.acceleration);
+      const JointVector inner = inertia.solve(idle.acceleration);
+      squares += motor.cwiseAbs2() + inner.cwiseAbs2();
+      count += 1.0;
+    }
+  }
+  return (squares / std::max(1.0, count)).cwiseSqrt();
+}
+
+std::vector<TorquePrior> likely_torque_prior(const Plant& plant, const std::vector<Measured>& data,
+                                             const Eigen::VectorXd& noise) {
+  const Eigen::VectorXd scale = torque_scale(plant, data);
+  std::vector<TorquePrior> best;
+  double highest = -kInfinity;
+  constexpr int kSteps = 8;
+  for (int i = 0; i < kSteps; ++i) {
+    std::vector<TorquePrior> prior;
+    for (const double s : scale) prior.push_back({std::max(s, 1e-9) * std::pow(10.0, -3.5 + 0.5 * i), 0.3});
+    double likelihood = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      Filter filter(plant, data[r], noise, prior);
+      for (const Segment& stretch : stretches(data[r], r)) likelihood += filter.run(stretch, nullptr);
+    }
+    if (likelihood > highest) {
+      highest = likelihood;
+      best = prior;
+    }
+  }
+  return best.empty() ? std::vector<TorquePrior>(static_cast<std::size_t>(noise.size())) : best;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,183 @@
+#include "diagnose/recording/measured.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/fields.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kGap = 8.0;  // sample periods
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Divided difference of sixth order over seven samples from k on, scaled so that white noise keeps its standard
+/// deviation. It vanishes for polynomials of fifth degree whatever the time stamps are.
+double sixth_difference(const std::vector<double>& t, const Eigen::VectorXd& q, std::size_t k) {
+  double sum = 0.0, squares = 0.0;
+  const double unit = (t[k + 6] - t[k]) / 6.0;
+  for (std::size_t i = 0; i < 7; ++i) {
+    double weight = 1.0;
+    for (std::size_t j = 0; j < 7; ++j) {
+      if (j != i) weight *= unit / (t[k + i] - t[k + j]);
+    }
+    sum += weight * q[static_cast<Eigen::Index>(k + i)];
+    squares += weight * weight;
+  }
+  return sum / std::sqrt(squares);
+}
+
+}  // namespace
+
+double sample_period(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
+  return median(std::move(steps));
+}
+
+double shortest_sample_period(const std::vector<Measured>& data) {
+  double shortest = kInfinity;
+  for (const Measured& m : data) shortest = std::min(shortest, sample_period(m.time));
+  return shortest;
+}
+
+std::vector<Segment> stretches(const Measured& measured, std::size_t recording) {
+  std::vector<Segment> list;
+  const std::vector<double>& t = measured.time;
+  if (t.empty()) return list;
+  const double gap = kGap * sample_period(t);
+  std::size_t first = 0;
+  for (std::size_t k = 1; k <= t.size(); ++k) {
+    if (k < t.size() && t[k] - t[k - 1] <= gap) continue;
+    list.push_back({recording, first, k - 1, true, first > 0});
+    first = k;
+  }
+  return list;
+}
+
+std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least) {
+  std::vector<Segment> list;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const std::vector<double>& t = data[r].time;
+    const double period = sample_period(t);
+    for (const Segment& stretch : stretches(data[r], r)) {
+      std::size_t first = stretch.first;
+      while (first < stretch.last) {
+        std::size_t last = first;
+        const double end = t[first] + length * (1.0 + 1e-9) - 0.5 * period;
+        while (last + 1 <= stretch.last && t[last + 1] <= end) ++last;
+        const bool whole = last < stretch.last || t[last] - t[first] > 0.5 * length;
+        if (whole && last - first + 1 >= least) {
+          const bool opens = first == stretch.first;
+          list.push_back({r, first, last, opens, opens && stretch.after_gap});
+        }
+        first = last + 1;
+      }
+    }
+  }
+  return list;
+}
+
+double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
+  double highest = 0.0;
+  for (Eigen::Index j = 0; j < noise.size(); ++j) {
+    double speed = 0.0, position = 0.0;
+    for (const Measured& m : data) {
+      const Eigen::VectorXd q = m.position.col(j);
+      const double h = sample_period(m.time), mean = q.mean();
+      const Eigen::Index n = q.size() - 1;
+      const double steps = (q.tail(n) - q.head(n)).squaredNorm() - 2.0 * noise[j] * noise[j] * static_cast<double>(n);
+      speed += std::max(0.0, steps) / (h * h);
+      position += (q.array() - mean).square().sum();
+    }
+    if (position > 0.0) highest = std::max(highest, std::sqrt(speed / position) / (2.0 * std::numbers::pi));
+  }
+  return highest;
+}
+
+std::vector<Measured> decimated(const std::vector<Measured>& data, double rate) {
+  std::vector<Measured> result;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const Measured& m = data[r];
+    const auto factor = static_cast<std::size_t>(1.0 / (sample_period(m.time) * rate) + 1e-6);
+    if (factor < 2) {
+      result.push_back(m);
+      continue;
+    }
+    Measured less{m.name, {}, {}, {}, m.start, m.linear_hold};
+    std::vector<Eigen::Index> kept;
+    std::vector<Eigen::RowVectorXd> input;
+    for (const Segment& stretch : stretches(m, r)) {
+      for (std::size_t k = stretch.first; k <= stretch.last; k += factor) {
+        const std::size_t end = std::min(k + factor, stretch.last + 1);
+        Eigen::RowVectorXd impulse = Eigen::RowVectorXd::Zero(m.input.cols());
+        double span = 0.0;
+        for (std::size_t i = k; i < end; ++i) {
+          const double h = i + 1 < m.samples() ? std::min(m.time[i + 1] - m.time[i], 2.0 / rate) : 1.0 / rate;
+          impulse += h * m.input.row(static_cast<Eigen::Index>(i));
+          span += h;
+        }
+        kept.push_back(static_cast<Eigen::Index>(k));
+        less.time.push_back(m.time[k]);
+        input.push_back(impulse / span);
+      }
+    }
+    less.position.resize(static_cast<Eigen::Index>(kept.size()), m.position.cols());
+    less.input.resize(less.position.rows(), m.input.cols());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      less.position.row(row) = m.position.row(kept[i]);
+      less.input.row(row) = input[i];
+    }
+    result.push_back(std::move(less));
+  }
+  return result;
+}
+
+double quantum(const Eigen::VectorXd& values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double range = sorted.empty() ? 0.0 : sorted.back() - sorted.front();
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    if (sorted[k] - sorted[k - 1] > 1e-9 * range) steps.push_back(sorted[k] - sorted[k - 1]);
+  }
+  // Quantised values repeat: few different ones, and the steps between them are multiples of the smallest.
+  if (steps.empty() || 2 * steps.size() > sorted.size()) return 0.0;
+  const double smallest = *std::min_element(steps.begin(), steps.end());
+  for (const double step : steps) {
+    const double multiple = step / smallest;
+    if (std::abs(multiple - std::round(multiple)) > 0.05 * multiple) return 0.0;
+  }
+  return smallest;
+}
+
+Eigen::VectorXd noise_level(const std::vector<Measured>& data) {
+  const Eigen::Index joints = data.front().position.cols();
+  Eigen::VectorXd level(joints);
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    std::vector<double> differences;
+    double coarsest = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Eigen::VectorXd q = data[r].position.col(j);
+      coarsest = std::max(coarsest, quantum(q));
+      for (const Segment& stretch : stretches(data[r], r)) {
+        for (std::size_t k = stretch.first; k + 6 <= stretch.last; ++k) {
+          differences.push_back(std::abs(sixth_difference(data[r].time, q, k)));
+        }
+      }
+    }
+    level[j] = std::max(1.4826 * median(std::move(differences)), coarsest / std::sqrt(12.0));
+  }
+  return level;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,319 @@
+#include "diagnose/search/explain.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "diagnose/search/fits.hpp"
+#include "physics/parameters.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kFloor = 1e-5;        // of the positions' response to the nominal: below it, numerics
+constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted,
+constexpr double kScreenError = 1e-3;  // and of the nats that the best explains: the screen is linear
+constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
+constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last,
+constexpr double kGainOfRest = 0.005;  // and of half the squares that are left
+constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
+constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
+constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
+constexpr int kAdditions = 3;          // to each of them
+constexpr int kAdjustments = 6;        // linear steps of free parameters
+constexpr int kRounds = 3;             // of linearisation
+constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
+constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
+
+std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
+                                         const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
+                                         const ExplainOptions& options) {
+  auto result = std::make_shared<Linearisation>();
+  result->paths = std::move(paths);
+  result->response = std::make_unique<LinearResponse>(plant, data, result->paths, noise, windows(data, options.window),
+                                                      options.fastest_mode);
+  result->excitation = std::make_unique<Excitation>(plant, data, result->paths);
+  result->dictionary = make_dictionary(*result->response, *result->excitation, options.allowed);
+  return result;
+}
+
+/// Response to each free parameter per unit, rows x parameters.
+Eigen::MatrixXd slopes_of_free(const LinearResponse& response, const Excitation& excitation, const Plant& plant,
+                               const std::vector<Measured>& data, const std::vector<std::string>& free) {
+  Eigen::MatrixXd slopes(response.rows(), static_cast<Eigen::Index>(free.size()));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
+    Plant higher = plant;
+    set_parameter(higher, free[i], value + step);
+    std::vector<Eigen::MatrixXd> acceleration;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Eigen::MatrixXd difference = excitation.acceleration(higher, r) - excitation.acceleration(plant, r);
+      acceleration.push_back(difference.transpose().reshaped() / step);
+    }
+    slopes.col(static_cast<Eigen::Index>(i)) = response.responses(acceleration);
+  }
+  return slopes;
+}
+
+/// The nominal with free parameters near their best values: linear steps along the smoothed motion, which need no
+/// simulation and so converge from afar.
+Plant adjusted(Plant plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+               const Eigen::VectorXd& noise, const ExplainOptions& options) {
+  for (int round = 0; round < kAdjustments && !options.free.empty(); ++round) {
+    const LinearResponse response(plant, data, paths, noise, windows(data, 0.5 * options.window), options.fastest_mode);
+    const Excitation excitation(plant, data, paths);
+    const Eigen::MatrixXd slopes = slopes_of_free(response, excitation, plant, data, options.free);
+    const Eigen::VectorXd change = slopes.colPivHouseholderQr().solve(response.target());
+    for (std::size_t i = 0; i < options.free.size(); ++i) {
+      const double value = parameter(plant, options.free[i]);
+      const double most = 0.5 * std::max(std::abs(value), 1e-3);
+      double next = value + std::clamp(change[static_cast<Eigen::Index>(i)], -most, most);
+      if (value > 0.0) next = std::max(next, 0.05 * value);
+      set_parameter(plant, options.free[i], next);
+    }
+  }
+  return plant;
+}
+
+double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {
+  double samples = 0.0;
+  for (const Segment& window : windows) samples += static_cast<double>(window.samples()) * joints;
+  return std::max(1.0, samples - static_cast<double>(response.rows()) - 2.0 * joints * double(windows.size()));
+}
+
+/// Nats behind the best, beyond which a finding is not worth a fit.
+double hopeless_behind(const Finding& best) { return kHopeless + kScreenError * 0.5 * best.explained; }
+
+/// The most promising findings of each size.
+void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictionary& dictionary,
+                  const ExplainOptions& options) {
+  const double hopeless = hopeless_behind(findings.front());
+  std::array<int, 4> of_size{};
+  int total = 0;
+  for (const Finding& finding : findings) {
+    const std::size_t size = finding.suspects.size();
+    const bool wanted = total < options.refined || of_size[size] < (size == 1 ? 3 : 2);
+    if (!wanted || finding.log_evidence == -kInfinity || size == 0) continue;
+    if (total >= 3 && finding.log_evidence < findings.front().log_evidence - hopeless && of_size[size] >= 1) continue;
+    ++of_size[size];
+    ++total;
+    fits.add(finding.effects(dictionary));
+  }
+}
+
+/// From the best so far to its neighbours, until none is better.
+void climb(Fits& fits, const Screen& screen, double hopeless, const Dictionary& dictionary, const Explanation& result,
+           const ExplainOptions& options) {
+  for (std::string before; before != key(fits.ranked().front()->effects);) {
+    const Fit best = *fits.ranked().front();
+    before = key(best.effects);
+    if (best.effects.empty()) break;
+    double first = -kInfinity;
+    int tried = 0;
+    for (const Finding& finding : screen.neighbours(best.effects)) {
+      first = std::max(first, finding.log_evidence);
+      if (tried >= options.neighbours || finding.log_evidence < first - hopeless) break;
+      std::vector<Effect> effects = finding.effects(dictionary);
+      if (fits.tried(effects)) continue;
+      ++tried;
+      fits.add(start_from(best.effects, std::move(effects)));
+    }
+    if (result.p_value(best) < kRelinearise) {
+      for (std::vector<Effect>& effects : dry_relatives(best.effects)) fits.add(std::move(effects));
+    }
+    fits.add_subsets();
+  }
+}
+
+/// Whether a finding holds a set and, with one coefficient, one effect more.
+bool adds_one_number(const Finding& finding, const std::vector<Effect>& set, const Dictionary& dictionary) {
+  if (finding.suspects.size() != set.size() + 1) return false;
+  for (std::size_t i = 0; i < finding.suspects.size(); ++i) {
+    const Suspect& suspect = dictionary.suspects[static_cast<std::size_t>(finding.suspects[i])];
+    const bool known = std::any_of(set.begin(), set.end(), [&](const Effect& effect) {
+      return effect.form.index() == suspect.kind && effect.joint == suspect.joint;
+    });
+    if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].columns.size() == 1;
+  }
+  return false;
+}
+
+/// Simple laws: sets that are good for their size with one number more, and all sets with simpler laws in them.
+void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result) {
+  std::vector<std::pair<double, Fit>> small;
+  for (const Fit* f : fits.ranked()) {
+    if (f->effects.size() <= 2 && !f->effects.empty()) small.emplace_back(cost(result.excess(*f), *f), *f);
+  }
+  std::sort(small.begin(), small.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  small.resize(std::min<std::size_t>(small.size(), kSmallSets));
+  for (const auto& [worth, fit] : small) {
+    int more = 0;
+    for (const Finding& finding : screen.neighbours(fit.effects)) {
+      if (more >= kAdditions) break;
+      if (!adds_one_number(finding, fit.effects, dictionary)) continue;
+      more += fits.extend(fit, finding.effects(dictionary)) ? 1 : 0;
+    }
+  }
+  fits.add_simpler();
+}
+
+/// Fits what the screen proposes and what lies next to the best of it.
+void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
+            const ExplainOptions& options) {
+  const std::vector<Finding> findings = screen.all();
+  fit_findings(fits, findings, dictionary, options);
+  fits.add_subsets();
+  climb(fits, screen, hopeless_behind(findings.front()), dictionary, result, options);
+  for (std::vector<Effect>& effects : twins(fits.ranked().front()->effects)) fits.add(std::move(effects));
+}
+
+/// All fits as candidates, most probable first.
+void rank(Explanation& result, const Fits& fits) {
+  const std::vector<const Fit*> ranked = fits.ranked();
+  result.candidates.clear();
+  double sum = 0.0;
+  for (const Fit* fit : ranked) {
+    const double weight = std::exp(fit->log_evidence - ranked.front()->log_evidence);
+    result.candidates.push_back({*fit, weight});
+    sum += weight;
+  }
+  for (Candidate& candidate : result.candidates) candidate.probability /= sum;
+}
+
+}  // namespace
+
+Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                     const std::vector<std::string>& free) {
+  Cleared result{about.dictionary.columns, about.response->target()};
+  if (free.empty()) return result;
+  Eigen::MatrixXd basis = slopes_of_free(*about.response, *about.excitation, plant, data, free);
+  for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
+  const Eigen::MatrixXd q =
+      basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
+  result.columns -= (q * (q.transpose() * result.columns)).eval();
+  result.target -= (q * (q.transpose() * result.target)).eval();
+  return result;
+}
+
+FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
+                         const ExplainOptions& options) {
+  return {explanation.start, explanation.given, options.free,    data,
+          *about.response,   *about.excitation, options.penalty, explanation.max_step};
+}
+
+const Candidate& Explanation::without_effects() const {
+  return *std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.fit.effects.empty(); });
+}
+
+double cost(double error, const Fit& fit) {
+  return std::log(std::max(error, 1e-300)) + kPerEffect * static_cast<double>(fit.effects.size()) +
+         kPerNumber * static_cast<double>(fit.unknowns.size());
+}
+
+double Explanation::p_value(const Fit& fit) const {
+  const double used = static_cast<double>(fit.unknowns.size());
+  const double degrees = std::max(1.0, rows - used);
+  const boost::math::fisher_f distribution(degrees, fast_rows);
+  return boost::math::cdf(boost::math::complement(distribution, std::min(fit.squares / degrees, 1e12)));
+}
+
+double Explanation::excess(const Fit& fit) const {
+  const double degrees = std::max(1.0, rows - static_cast<double>(fit.unknowns.size()));
+  return std::sqrt(std::max(0.0, fit.squares / degrees - 1.0));
+}
+
+namespace {
+
+/// Stages 4 and 5 from where `result` starts, along `paths` first.
+void explore(Explanation& result, const std::vector<Measured>& data, std::vector<Trajectory> paths,
+             const ExplainOptions& options) {
+  const Plant nominal = result.start;
+  Fits fits(nominal, result.given, data, options);
+  std::vector<std::vector<Effect>> kept;  // the best sets of the round before,
+  double reached = -kInfinity;            // and the evidence of the best
+  for (int round = 0; round < kRounds; ++round) {
+    std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
+    result.rows = static_cast<double>(about->response->rows());
+    result.max_step = fits.about(about);
+    if (round == 0) result.measured = about;
+    for (const std::vector<Effect>& effects : kept) fits.add(effects);
+    if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
+    const Cleared cleared = without_free(*about, nominal, data, options.free);
+    const Screen screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
+    search(fits, screen, about->dictionary, result, options);
+    fits.refine();
+    rank(result, fits);
+    result.linearisation = about;
+    const double left = result.excess(result.best().fit);
+    const double evidence = result.best().fit.log_evidence;
+    const double gain = std::max(kGain, kGainOfRest * 0.5 * result.best().fit.squares);
+    const bool settled = round > 0 && evidence < reached + gain;
+    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) {
+      if (left <= kFarOff) break;
+      // Where even the best leaves much, simple laws with a remainder are wanted as well.
+      fit_small_sets(fits, screen, about->dictionary, result);
+      fits.refine();
+      rank(result, fits);
+      break;
+    }
+    reached = evidence;
+    kept.clear();
+    for (std::size_t i = 0; i < std::min(kKept, result.candidates.size()); ++i) {
+      kept.push_back(result.candidates[i].fit.effects);
+    }
+    paths = simulated(fits.problem(), result.best().fit, about->paths);
+  }
+}
+
+}  // namespace
+
+Explanation explain(const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options) {
+  Explanation result;
+  result.given = given;
+  result.noise = noise_level(data);
+  // Recordings without noise: what the machine's arithmetic leaves stands in for it.
+  for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
+    double squares = 0.0, count = 0.0;
+    for (const Measured& m : data) {
+      const Eigen::ArrayXd q = m.position.col(j).array() - m.position.col(j).mean();
+      squares += q.square().sum();
+      count += static_cast<double>(q.size());
+    }
+    result.noise[j] = std::max(result.noise[j], kFloor * std::sqrt(squares / count) + 1e-12);
+  }
+  const std::vector<Trajectory> paths = smooth_all(given, data, result.noise);
+  const std::vector<Segment> parts = windows(data, options.window);
+  {  // the noise once more, from all modes that are too fast for mechanics
+    const LinearResponse first(given, data, paths, result.noise, parts, options.fastest_mode);
+    const Eigen::VectorXd ratio = first.noise_ratio();
+    result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
+    for (Eigen::Index j = 0; j < ratio.size(); ++j) {
+      if (result.fast_rows > 200.0 && ratio[j] > 0.5 && ratio[j] < 1.5) result.noise[j] *= ratio[j];
+    }
+  }
+
+  result.start = adjusted(given, data, paths, result.noise, options);
+  explore(result, data, paths, options);
+  // Free parameters that alone explain best may be far from where effects leave them.
+  if (!options.free.empty() && result.excess(result.best().fit) > kFarOff) {
+    Explanation other = result;
+    other.start = given;
+    try {
+      explore(other, data, paths, options);
+      if (other.best().fit.log_evidence > result.best().fit.log_evidence) {
+        const Fit alone = result.without_effects().fit;
+        result = std::move(other);
+        for (Candidate& candidate : result.candidates) {
+          if (candidate.fit.effects.empty() && candidate.fit.log_evidence < alone.log_evidence) candidate.fit = alone;
+        }
+      }
+    } catch (const NumericalError&) {  // as it is given the nominal cannot be simulated
+    }
+  }
+  return result;
+}
+
+}  // namespace bayesctrl

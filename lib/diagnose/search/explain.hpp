@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+
+#include "diagnose/fit/fit.hpp"
+#include "diagnose/search/relatives.hpp"
+#include "diagnose/search/screen.hpp"
+
+namespace bayesctrl {
+
+/// Everything that is linearised about one motion.
+struct Linearisation {
+  std::vector<Trajectory> paths;
+  std::unique_ptr<LinearResponse> response;
+  std::unique_ptr<Excitation> excitation;
+  Dictionary dictionary;
+};
+
+/// One explanation among others.
+struct Candidate {
+  Fit fit;
+  double probability = 0.0;
+};
+
+/// What the recordings say about sets of effects.
+struct Explanation {
+  std::vector<Candidate> candidates;             // most probable first; the empty set is among them
+  std::shared_ptr<Linearisation> linearisation;  // about the most probable
+  std::shared_ptr<Linearisation> measured;       // about the smoothed recordings, whatever explains them
+  Plant start;              // the nominal, perhaps with free parameters near their best values: where fits begin
+  Plant given;              // the nominal as it is
+  Eigen::VectorXd noise;    // standard deviation per joint
+  double max_step = 0.011;  // s, of simulations
+  double rows = 0.0;        // of the residuals
+  double fast_rows = 0.0;   // from which the noise is known
+
+  /// Over all joints, RMS.
+  double noise_rms() const { return noise.norm() / std::sqrt(static_cast<double>(noise.size())); }
+
+  const Candidate& best() const { return candidates.front(); }
+  const Candidate& without_effects() const;
+
+  /// Probability that a model as good as this one leaves so much: squares of its residual against the noise (F test).
+  double p_value(const Fit& fit) const;
+
+  /// Root of the squares beyond the noise, in units of it.
+  double excess(const Fit& fit) const;
+};
+
+/// The logarithm of an error that a model leaves, and what its size makes of it: an effect more has to gain a tenth, a
+/// number more a fifth.
+double cost(double error, const Fit& fit);
+
+struct ExplainOptions {
+  std::vector<std::size_t> allowed;  // indices of EffectForm
+  std::vector<std::string> free;     // nominal parameters
+  double window = 2.0;               // s
+  double fastest_mode = 10.0;        // Hz, of what mechanics does
+  double penalty = 3.0;              // nats per effect
+  int refined = 8;                   // findings of the screen that are fitted, at least
+  int neighbours = 6;                // sets next to the best one that are fitted in each round
+};
+
+/// Stages 1 to 5: noise, motion, screen of all sets of up to three effects, fits of the most promising and of all their
+/// subsets. Throws NumericalError where the nominal cannot be simulated.
+Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
+
+/// What fits about one of its linearisations share.
+FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
+                         const ExplainOptions& options);
+
+/// The dictionary's columns and the target of a linearisation without what the free parameters can do.
+struct Cleared {
+  Eigen::MatrixXd columns;
+  Eigen::VectorXd target;
+};
+Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                     const std::vector<std::string>& free);
+
+}  // namespace bayesctrl

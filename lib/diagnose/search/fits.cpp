@@ -1,0 +1,194 @@
+#include "diagnose/search/fits.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
+constexpr double kClose = 20.0;        // nats behind the best, within which fits are brought to their true optima,
+constexpr std::size_t kFinalists = 6;  // this many of them,
+constexpr double kNested = 2000.0;     // and what the best contains, within this many nats
+constexpr double kConvergence = 0.5;   // nats that a new start must gain
+constexpr double kLost = 10.0;         // times what the best leaves, about another motion: not fitted once more
+
+/// Starts of windows for a set from those of another: the same is shown by other sensors.
+std::vector<WindowStart> as_shown(std::vector<WindowStart> starts, const Machine& from, const Machine& to) {
+  const Eigen::Index n = from.joints();
+  const JointVector none = JointVector::Zero(n), one = JointVector::Ones(n);
+  const JointVector scale = from.measured(one) - from.measured(none), other = to.measured(one) - to.measured(none);
+  for (WindowStart& start : starts) {
+    start.head(n) = (from.measured(start.head(n)) - to.measured(none)).cwiseQuotient(other);
+    start.segment(n, n) = start.segment(n, n).cwiseProduct(scale).cwiseQuotient(other).eval();
+  }
+  return starts;
+}
+
+}  // namespace
+
+double Fits::about(std::shared_ptr<Linearisation> linearisation) {
+  about_ = std::move(linearisation);
+  if (max_step_ == 0.0) {
+    max_step_ = adequate_step({nominal_, given_, {}, data_, *about_->response, *about_->excitation});
+  }
+  tried_.clear();
+  for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
+  fits_.clear();
+  return max_step_;
+}
+
+const Fit* Fits::add(std::vector<Effect> effects) {
+  const std::string name = key(effects);
+  if (!tried_.insert(name).second) return find(name);
+  if (redundant(effects) || !allowed(effects)) return nullptr;
+  // What was found about another motion is the better start, and enough where it is lost.
+  std::vector<WindowStart> starts;
+  if (const auto old = stale_.find(name); old != stale_.end()) {
+    if (!effects.empty() && old->second.squares > kLost * (problem().best + 2.0 * kNested)) {
+      return &fits_.insert_or_assign(name, old->second).first->second;
+    }
+    effects = old->second.effects;
+    starts = old->second.starts;
+  }
+  try {
+    fits_.insert_or_assign(name, fit(problem(), std::move(effects), starts));
+  } catch (const NumericalError&) {
+    return nullptr;
+  }
+  return find(name);
+}
+
+bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
+  effects = start_from(known.effects, std::move(effects));
+  if (!tried(effects)) {
+    add(std::move(effects));
+    return true;
+  }
+  const Fit* found = find(key(effects));
+  if (found == nullptr || found->squares <= known.squares) return false;
+  improve(effects, known.starts);
+  return true;
+}
+
+void Fits::add_subsets() {
+  for (bool grew = true; grew;) {
+    grew = false;
+    const std::vector<const Fit*> best = ranked();
+    for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
+      const std::vector<Effect> effects = best[i]->effects;
+      for (std::size_t drop = 0; drop < effects.size(); ++drop) {
+        const std::vector<Effect> fewer = without(effects, drop);
+        std::vector<Effect> simpler = effects;
+        const bool has_simpler = simplify(simpler[drop].form);
+        for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
+          if (!exists || tried(set)) continue;
+          add(set);
+          grew = true;
+        }
+      }
+    }
+  }
+}
+
+void Fits::add_simpler() {
+  std::vector<std::vector<Effect>> list;
+  for (const Fit* fit : ranked()) {
+    for (std::size_t e = 0; e < fit->effects.size(); ++e) {
+      std::vector<Effect> simpler = fit->effects;
+      if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
+    }
+  }
+  for (std::vector<Effect>& set : list) add(std::move(set));
+}
+
+void Fits::refine() {
+  std::map<std::pair<std::string, std::string>, double> asked;  // squares of the second when the first began there
+  for (bool again = true; again;) {
+    again = false;
+    const std::vector<Fit> list = finalists();
+    for (std::size_t i = 0; i < list.size() && !again; ++i) {
+      if (list[i].refined || list.front().log_evidence - list[i].log_evidence > kNested) continue;
+      fits_.insert_or_assign(key(list[i].effects), refined(problem(), list[i]));
+      again = true;
+    }
+    for (std::size_t i = 0; i < list.size() && !again; ++i) {
+      for (std::size_t k = 0; k < list.size() && !again; ++k) {
+        if (list[k].squares >= list[i].squares) continue;
+        const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
+        if (starts.empty()) continue;
+        double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
+        if (list[k].squares > known - kConvergence) continue;
+        known = list[k].squares;
+        const Machine from(list[k].plant, list[k].effects);
+        for (const std::vector<Effect>& start : starts) {
+          again |= improve(start, as_shown(list[k].starts, from, Machine(list[k].plant, start)));
+        }
+      }
+    }
+  }
+}
+
+std::vector<const Fit*> Fits::ranked() const {
+  std::vector<const Fit*> list;
+  for (const auto& [name, fit] : fits_) list.push_back(&fit);
+  std::sort(list.begin(), list.end(), [](const Fit* a, const Fit* b) { return a->log_evidence > b->log_evidence; });
+  return list;
+}
+
+FitProblem Fits::problem() const {
+  double best = kInfinity;
+  for (const auto& [name, fit] : fits_) best = std::min(best, fit.squares);
+  return {nominal_,         given_,    options_.free, data_, *about_->response, *about_->excitation,
+          options_.penalty, max_step_, best};
+}
+
+/// Those that are nearly as good as the best, its own subsets and twins, and what it is with a simpler law.
+std::vector<Fit> Fits::finalists() const {
+  std::vector<Fit> list;
+  const std::vector<const Fit*> best = ranked();
+  const std::vector<Effect>& set = best.front()->effects;
+  std::set<std::string> subsets;
+  for (std::size_t e = 0; e < set.size(); ++e) {
+    subsets.insert(key(without(set, e)));
+    std::vector<Effect> simpler = set;
+    if (simplify(simpler[e].form)) subsets.insert(key(simpler));
+  }
+  for (const std::vector<Effect>& twin : twins(set)) subsets.insert(key(twin));
+  for (const Fit* fit : best) {
+    const double behind = best.front()->log_evidence - fit->log_evidence;
+    const bool close = behind < kClose && list.size() < kFinalists;
+    if (close || subsets.contains(key(fit->effects))) list.push_back(*fit);
+  }
+  return list;
+}
+
+/// Fits a set once more from other parameters if they are a better place than it has found; true if it gains.
+bool Fits::improve(const std::vector<Effect>& start, const std::vector<WindowStart>& starts) {
+  try {
+    Fit& known = fits_.at(key(start));
+    if (squares_at(problem(), start, starts) >= known.squares) return false;
+    Fit tried = refined(problem(), fit(problem(), start, starts));
+    if (tried.log_evidence < known.log_evidence + kConvergence) return false;
+    known = std::move(tried);
+    return true;
+  } catch (const NumericalError&) {
+    return false;
+  }
+}
+
+/// Whether a set consists of effects that the user's catalogue holds.
+bool Fits::allowed(const std::vector<Effect>& effects) const {
+  return std::all_of(effects.begin(), effects.end(), [&](const Effect& effect) {
+    return std::find(options_.allowed.begin(), options_.allowed.end(), effect.form.index()) != options_.allowed.end();
+  });
+}
+
+const Fit* Fits::find(const std::string& name) const {
+  const auto at = fits_.find(name);
+  return at == fits_.end() ? nullptr : &at->second;
+}
+
+}  // namespace bayesctrl

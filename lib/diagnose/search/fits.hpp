@@ -1,0 +1,61 @@
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "diagnose/search/explain.hpp"
+
+namespace bayesctrl {
+
+/// Fits by the set that they are of, about the present motion.
+class Fits {
+ public:
+  /// Of free parameters that are likely to be about those of `given`, from those of `nominal`.
+  Fits(const Plant& nominal, const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options)
+      : nominal_(nominal), given_(given), data_(data), options_(options) {}
+
+  /// Begins anew about another motion; what was found before serves as start. Longest step of the integration, s.
+  double about(std::shared_ptr<Linearisation> linearisation);
+
+  /// Fits a set, once. Null where it cannot be simulated or is no set of its own.
+  const Fit* add(std::vector<Effect> effects);
+
+  /// Fits a set that holds all of `known` and more, beginning with the parameters that are known. What was tried before
+  /// is tried again if it stopped short of its own subset. Whether there was anything to do.
+  bool extend(const Fit& known, std::vector<Effect> effects);
+
+  bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
+
+  /// All subsets of the best candidates, and those in which a law gives way to a simpler one.
+  void add_subsets();
+
+  /// Every set once more with simpler laws in the place of richer ones.
+  void add_simpler();
+
+  /// Brings the finalists to their true optima, with slopes from the machine itself: laws that contain one another are
+  /// compared by the last few nats. Where one stops short of what another that it contains has found, it starts anew
+  /// from there.
+  void refine();
+
+  /// Most probable first.
+  std::vector<const Fit*> ranked() const;
+
+  /// What all fits about the present motion share.
+  FitProblem problem() const;
+
+ private:
+  std::vector<Fit> finalists() const;
+  bool improve(const std::vector<Effect>& start, const std::vector<WindowStart>& starts);
+  bool allowed(const std::vector<Effect>& effects) const;
+  const Fit* find(const std::string& name) const;
+
+  const Plant &nominal_, &given_;
+  const std::vector<Measured>& data_;
+  const ExplainOptions& options_;
+  std::shared_ptr<Linearisation> about_;
+  double max_step_ = 0.0;  // of the integration, once it is known
+  std::map<std::string, Fit> fits_, stale_;
+  std::set<std::string> tried_;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,142 @@
+#include "diagnose/search/relatives.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kSecondLaw = 0.3;  // of the level of a first law of dry friction, where a second one starts
+
+/// Laws of one kind that reduce to a simpler one, from that one on.
+std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
+  std::vector<EffectForm> list;
+  std::visit(
+      [&]<class E>(const E&) {
+        if constexpr (requires(const E& e) { e.simpler(); }) {
+          for (const E& form : E::extending(std::get<decltype(E{}.simpler())>(simpler))) list.emplace_back(form);
+        }
+      },
+      wanted);
+  return list;
+}
+
+/// The effect that shows the same on one plant or another. A fit brings it into its range.
+std::optional<EffectForm> twin(const EffectForm& form) {
+  if (const auto* tilt = std::get_if<GravityTilt>(&form)) return SensorOffset{-tilt->angle};
+  if (const auto* offset = std::get_if<SensorOffset>(&form)) return GravityTilt{-offset->angle};
+  if (const auto* sensor = std::get_if<SensorScale>(&form)) return InputGain{sensor->scale};
+  if (const auto* input = std::get_if<InputGain>(&form)) return SensorScale{input->gain};
+  return {};
+}
+
+}  // namespace
+
+std::string label(const Effect& effect, int joints) {
+  std::string text(name_of(effect.form));
+  return joints == 1 ? text : text + "@" + std::to_string(effect.joint + 1);
+}
+
+std::string key(const std::vector<Effect>& effects) {
+  std::vector<std::string> names;
+  for (const Effect& effect : effects) {
+    names.push_back(label(effect, 2) + (effect.recording >= 0 ? "#" + std::to_string(effect.recording) : ""));
+  }
+  std::sort(names.begin(), names.end());
+  std::string text;
+  for (const std::string& name : names) text += name + " ";
+  return text;
+}
+
+std::vector<Effect> without(std::vector<Effect> set, std::size_t effect) {
+  set.erase(set.begin() + static_cast<std::ptrdiff_t>(effect));
+  return set;
+}
+
+bool simplify(EffectForm& form) {
+  std::optional<EffectForm> simpler;
+  std::visit(
+      [&](const auto& held) {
+        if constexpr (requires { held.simpler(); }) simpler = held.simpler();
+      },
+      form);
+  if (simpler) form = *simpler;
+  return simpler.has_value();
+}
+
+std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted) {
+  for (Effect& effect : wanted) {
+    for (const Effect& other : known) {
+      if (same_kind(effect, other)) effect = other;
+    }
+  }
+  return wanted;
+}
+
+std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
+  std::vector<std::vector<Effect>> list;
+  for (std::size_t e = 0; e < set.size(); ++e) {
+    std::vector<Effect> plain = set;
+    while (simplify(plain[e].form)) {
+    }
+    const auto* coulomb = std::get_if<CoulombFriction>(&plain[e].form);
+    if (coulomb == nullptr) continue;
+    const CoulombFriction second{kSecondLaw * coulomb->level};
+    std::vector<EffectForm> others{*coulomb}, more{second};
+    for (const auto& [law, laws] : {std::pair{*coulomb, &others}, {second, &more}}) {
+      laws->push_back(StribeckFriction::extending(law)[1]);
+      laws->push_back(PreslidingHysteresis::extending(law)[1]);
+    }
+    for (const EffectForm& form : others) {
+      std::vector<Effect> swapped = set;
+      swapped[e].form = form;
+      if (form.index() != set[e].form.index()) list.push_back(std::move(swapped));
+    }
+    for (const EffectForm& form : more) {
+      std::vector<Effect> larger = set;
+      larger.push_back({form, set[e].joint, -1});
+      if (form.index() != set[e].form.index() && larger.size() <= 3) list.push_back(std::move(larger));
+    }
+  }
+  return list;
+}
+
+std::vector<std::vector<Effect>> twins(const std::vector<Effect>& set) {
+  std::vector<std::vector<Effect>> list;
+  for (std::size_t e = 0; e < set.size(); ++e) {
+    const std::optional<EffectForm> other = twin(set[e].form);
+    if (!other) continue;
+    list.push_back(set);
+    list.back()[e].form = *other;
+  }
+  return list;
+}
+
+std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, const std::vector<Effect>& other) {
+  for (std::size_t drop = 0; drop < other.size(); ++drop) {
+    if (key(without(other, drop)) == key(wanted)) return {without(other, drop)};
+  }
+  for (std::size_t e = 0; e < other.size(); ++e) {
+    std::vector<Effect> simpler = other;
+    if (simplify(simpler[e].form) && key(simpler) == key(wanted)) return {simpler};
+  }
+  for (const std::vector<Effect>& twin : twins(other)) {
+    if (key(twin) == key(wanted)) return {twin};
+  }
+  std::vector<std::vector<Effect>> starts;
+  for (std::size_t e = 0; e < wanted.size(); ++e) {
+    std::vector<Effect> simpler = wanted;
+    if (!simplify(simpler[e].form) || key(simpler) != key(other)) continue;
+    const auto law =
+        std::find_if(other.begin(), other.end(), [&](const Effect& o) { return same_kind(o, simpler[e]); });
+    for (const EffectForm& form : extensions(wanted[e].form, law->form)) {
+      std::vector<Effect> start = other;
+      start[static_cast<std::size_t>(law - other.begin())].form = form;
+      starts.push_back(std::move(start));
+    }
+  }
+  return starts;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,313 @@
+#include "diagnose/search/screen.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kMostColumns = 9;       // of one set
+constexpr double kSensorPrior = 0.2;  // rad of an offset, and part of a scale
+constexpr Eigen::Index kBatch = 64;
+
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostColumns, kMostColumns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostColumns, 1>;
+
+bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
+
+}  // namespace
+
+struct Screen::Value {
+  double log_evidence = -kInfinity;
+  SmallVector coefficients;
+  double explained = 0.0;
+};
+
+Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+               const ScreenOptions& options)
+    : dictionary_(dictionary), options_(options), g_(columns.transpose() * target) {
+  gram_ = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  gram_.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
+}
+
+Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
+  std::array<int, kMostColumns> index{};
+  std::array<bool, kMostColumns> bounded{}, active{};
+  int count = 0;
+  for (const Atom* atom : atoms) {
+    for (const int column : atom->columns) {
+      bounded[static_cast<std::size_t>(count)] = atom->sign > 0;
+      active[static_cast<std::size_t>(count)] = true;
+      index[static_cast<std::size_t>(count++)] = column;
+    }
+  }
+  Value result;
+  result.coefficients = SmallVector::Zero(count);
+  for (int round = 0; round <= count; ++round) {
+    std::array<int, kMostColumns> used{};
+    int size = 0;
+    for (int i = 0; i < count; ++i) {
+      if (active[static_cast<std::size_t>(i)]) used[static_cast<std::size_t>(size++)] = i;
+    }
+    if (size == 0) return {};
+    Small system(size, size);
+    SmallVector rhs(size);
+    for (int a = 0; a < size; ++a) {
+      const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
+      rhs[a] = g_[ia];
+      for (int b = 0; b <= a; ++b) {
+        system(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
+      }
+      system(a, a) += 1.0;
+    }
+    Small factor = system;
+    double log_det = 0.0;
+    for (int a = 0; a < size; ++a) {  // Cholesky
+      for (int b = 0; b <= a; ++b) {
+        double sum = factor(a, b);
+        for (int c = 0; c < b; ++c) sum -= factor(a, c) * factor(b, c);
+        factor(a, b) = a == b ? std::sqrt(std::max(sum, 1e-12)) : sum / factor(b, b);
+      }
+      log_det += 2.0 * std::log(factor(a, a));
+    }
+    SmallVector x = rhs;
+    for (int a = 0; a < size; ++a) {
+      for (int c = 0; c < a; ++c) x[a] -= factor(a, c) * x[c];
+      x[a] /= factor(a, a);
+    }
+    const double gain = x.squaredNorm();
+    for (int a = size; a-- > 0;) {
+      for (int c = a + 1; c < size; ++c) x[a] -= factor(c, a) * x[c];
+      x[a] /= factor(a, a);
+    }
+    int worst = -1;
+    for (int a = 0; a < size; ++a) {
+      const auto slot = static_cast<std::size_t>(used[static_cast<std::size_t>(a)]);
+      if (bounded[slot] && x[a] < 0.0 && (worst < 0 || x[a] < x[worst])) worst = a;
+    }
+    if (worst >= 0) {
+      active[static_cast<std::size_t>(used[static_cast<std::size_t>(worst)])] = false;
+      continue;
+    }
+    result.coefficients.setZero();
+    for (int a = 0; a < size; ++a) result.coefficients[used[static_cast<std::size_t>(a)]] = x[a];
+    result.explained = gain;
+    result.log_evidence = 0.5 * (gain - log_det) - options_.penalty * static_cast<double>(atoms.size());
+    break;
+  }
+  // An effect that has lost all of its columns explains nothing.
+  int at = 0;
+  for (const Atom* atom : atoms) {
+    bool alive = false;
+    for (const int column : atom->columns) {
+      const double c = result.coefficients.size() > 0 ? result.coefficients[at] * dictionary_.scale[column] : 0.0;
+      if (c < atom->low || c > atom->high) return {};
+      alive |= active[static_cast<std::size_t>(at++)];
+    }
+    if (!alive) return {};
+  }
+  return result;
+}
+
+/// Best shapes of a set by coordinate ascent from `atoms`.
+Finding Screen::climb(std::vector<int> suspects, std::vector<int> atoms) const {
+  std::array<const Atom*, 3> chosen{};
+  const std::size_t count = suspects.size();
+  const auto suspect = [&](std::size_t i) -> const Suspect& {
+    return dictionary_.suspects[static_cast<std::size_t>(suspects[i])];
+  };
+  for (std::size_t i = 0; i < count; ++i) chosen[i] = &suspect(i).atoms[static_cast<std::size_t>(atoms[i])];
+  const std::span<const Atom* const> set(chosen.data(), count);
+  Value best = value(set);
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    bool moved = false;
+    for (std::size_t i = count; i-- > 0;) {
+      const std::vector<Atom>& list = suspect(i).atoms;
+      if (list.size() == 1) continue;
+      for (std::size_t a = 0; a < list.size(); ++a) {
+        if (static_cast<int>(a) == atoms[i]) continue;
+        chosen[i] = &list[a];
+        const Value tried = value(set);
+        if (tried.log_evidence > best.log_evidence) {
+          best = tried;
+          atoms[i] = static_cast<int>(a);
+          moved = true;
+        }
+        chosen[i] = &list[static_cast<std::size_t>(atoms[i])];
+      }
+    }
+    if (!moved) break;
+  }
+  for (std::size_t i = 0; i < count; ++i) {  // as many shapes as an effect has, so much the less likely is each
+    best.log_evidence -= std::log(static_cast<double>(suspect(i).atoms.size()));
+  }
+  return {std::move(suspects), std::move(atoms), best.log_evidence, best.coefficients, best.explained};
+}
+
+std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
+  std::vector<Effect> list;
+  Eigen::Index at = 0;
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    const Atom& atom =
+        dictionary.suspects[static_cast<std::size_t>(suspects[i])].atoms[static_cast<std::size_t>(atoms[i])];
+    std::vector<double> c;
+    for (const int column : atom.columns) c.push_back(coefficients[at++] * dictionary.scale[column]);
+    list.push_back(atom.effect(c));
+  }
+  return list;
+}
+
+Dictionary make_dictionary(const LinearResponse& response, const Excitation& excitation,
+                           const std::vector<std::size_t>& allowed) {
+  const std::vector<Measured>& data = excitation.data();
+  const int n = joints(excitation.plant());
+  Dictionary dictionary;
+  std::vector<Effect> members;
+  for (int joint = 0; joint < n; ++joint) {
+    const Survey region = survey(data, excitation.paths(), joint);
+    std::size_t kind = 0;
+    for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E) {
+      const std::size_t index = kind++;
+      if (std::find(allowed.begin(), allowed.end(), index) == allowed.end()) return;
+      Suspect suspect{index, joint, {}};
+      for (const Shape<E>& shape : E::shapes(region)) {
+        Atom atom;
+        atom.sign = shape.sign;
+        atom.low = shape.low;
+        atom.high = shape.high;
+        for (const E& member : shape.members) {
+          atom.columns.push_back(static_cast<int>(members.size()));
+          members.push_back({member, joint, shape.recording});
+        }
+        atom.effect = [shape, joint](std::span<const double> c) {
+          return Effect{E::combined(shape, c), joint, shape.recording};
+        };
+        suspect.atoms.push_back(std::move(atom));
+      }
+      if (!suspect.atoms.empty()) dictionary.suspects.push_back(std::move(suspect));
+    });
+  }
+
+  const auto count = static_cast<Eigen::Index>(members.size());
+  dictionary.columns.resize(response.rows(), count);
+  dictionary.scale.resize(count);
+  if (count == 0) return dictionary;  // none of the allowed effects can act in this machine
+  const double nominal = excitation.nominal_acceleration();
+  double total = 0.0;
+  for (const Measured& m : data) total += static_cast<double>(m.samples());
+  for (Eigen::Index from = 0; from < count; from += kBatch) {
+    const Eigen::Index size = std::min(kBatch, count - from);
+    std::vector<Eigen::MatrixXd> accelerations, positions;
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(size);
+    bool any_sensor = false;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      Eigen::MatrixXd& a = accelerations.emplace_back(data[r].position.size(), size);
+      Eigen::MatrixXd& p = positions.emplace_back(data[r].position.size(), size);
+      for (Eigen::Index i = 0; i < size; ++i) {
+        const Effect& member = members[static_cast<std::size_t>(from + i)];
+        if (channel(member.form) == "sensor") {
+          any_sensor = true;
+          p.col(i) = excitation.measured(member, r).transpose().reshaped();
+          a.col(i).setZero();
+        } else {
+          a.col(i) = excitation.acceleration(member, r).transpose().reshaped();
+          p.col(i).setZero();
+          squares[i] += a.col(i).squaredNorm();
+        }
+      }
+    }
+    dictionary.columns.middleCols(from, size) = response.responses(accelerations);
+    if (any_sensor) dictionary.columns.middleCols(from, size) += response.measured(positions);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const bool sensor = channel(members[static_cast<std::size_t>(from + i)].form) == "sensor";
+      const double rms = std::sqrt(squares[i] / total);
+      dictionary.scale[from + i] = sensor ? kSensorPrior : rms > 1e-9 * nominal ? kPriorShare * nominal / rms : 0.0;
+      dictionary.columns.col(from + i) *= dictionary.scale[from + i];
+    }
+  }
+  // Shapes of which nothing can be seen in these recordings are no suspects.
+  const double visible = 1e-8 * std::max(1.0, dictionary.columns.colwise().norm().maxCoeff());
+  for (Suspect& suspect : dictionary.suspects) {
+    std::erase_if(suspect.atoms, [&](const Atom& atom) {
+      return std::all_of(atom.columns.begin(), atom.columns.end(),
+                         [&](int column) { return dictionary.columns.col(column).norm() < visible; });
+    });
+  }
+  std::erase_if(dictionary.suspects, [](const Suspect& suspect) { return suspect.atoms.empty(); });
+  return dictionary;
+}
+
+std::vector<Finding> Screen::all() const {
+  const int count = static_cast<int>(dictionary_.suspects.size());
+  std::vector<Finding> singles, pairs, triples, list{Finding{}};
+  for (int i = 0; i < count; ++i) singles.push_back(climb({i}, {0}));
+  const auto shape = [&](int i) { return singles[static_cast<std::size_t>(i)].atoms[0]; };
+  if (options_.largest >= 2) {
+    for (int i = 0; i < count; ++i) {
+      for (int j = i + 1; j < count; ++j) pairs.push_back(climb({i, j}, {shape(i), shape(j)}));
+    }
+    std::sort(pairs.begin(), pairs.end(), better);
+  }
+  if (options_.largest >= 3) {
+    std::set<std::vector<int>> seen;
+    for (int p = 0; p < std::min<int>(options_.beam, static_cast<int>(pairs.size())); ++p) {
+      const Finding& pair = pairs[static_cast<std::size_t>(p)];
+      if (pair.log_evidence == -kInfinity) break;
+      for (int i = 0; i < count; ++i) {
+        if (i == pair.suspects[0] || i == pair.suspects[1]) continue;
+        std::vector<int> sorted{pair.suspects[0], pair.suspects[1], i};
+        std::sort(sorted.begin(), sorted.end());
+        if (!seen.insert(sorted).second) continue;
+        triples.push_back(climb({pair.suspects[0], pair.suspects[1], i}, {pair.atoms[0], pair.atoms[1], shape(i)}));
+      }
+    }
+  }
+  std::sort(triples.begin(), triples.end(), better);
+  for (auto* sets : {&singles, &pairs, &triples}) {
+    if (sets != &singles) sets->resize(std::min(sets->size(), static_cast<std::size_t>(options_.keep)));
+    for (Finding& finding : *sets) {
+      if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
+    }
+  }
+  std::sort(list.begin(), list.end(), better);
+  return list;
+}
+
+std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) const {
+  const int count = static_cast<int>(dictionary_.suspects.size());
+  std::vector<int> set;
+  for (const Effect& effect : effects) {
+    for (int i = 0; i < count; ++i) {
+      const Suspect& suspect = dictionary_.suspects[static_cast<std::size_t>(i)];
+      if (suspect.kind == effect.form.index() && suspect.joint == effect.joint) set.push_back(i);
+    }
+  }
+  std::vector<Finding> list;
+  const auto try_set = [&](std::vector<int> suspects) {
+    std::vector<int> atoms;
+    for (const int i : suspects) atoms.push_back(climb({i}, {0}).atoms[0]);
+    Finding finding = climb(std::move(suspects), std::move(atoms));
+    if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
+  };
+  for (int i = 0; i < count; ++i) {
+    if (std::find(set.begin(), set.end(), i) != set.end()) continue;
+    for (std::size_t out = 0; out < set.size(); ++out) {
+      std::vector<int> swapped = set;
+      swapped[out] = i;
+      try_set(swapped);
+    }
+    if (static_cast<int>(set.size()) < options_.largest) {
+      std::vector<int> more = set;
+      more.push_back(i);
+      try_set(more);
+    }
+  }
+  std::sort(list.begin(), list.end(), better);
+  return list;
+}
+
+}  // namespace bayesctrl

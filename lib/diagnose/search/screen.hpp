@@ -1,0 +1,81 @@
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include "diagnose/motion/excitation.hpp"
+#include "diagnose/motion/linear_response.hpp"
+
+namespace bayesctrl {
+
+/// One shape of an effect that enters the response linearly: its columns in a dictionary.
+struct Atom {
+  std::vector<int> columns;
+  int sign = 0;                                           // 1: coefficients cannot be negative
+  double low = -kInfinity, high = kInfinity;              // bounds of coefficients
+  std::function<Effect(std::span<const double>)> effect;  // from coefficients
+};
+
+/// One effect of the catalogue in one joint, and the shapes that it may have.
+struct Suspect {
+  std::size_t kind = 0;  // index in EffectForm
+  int joint = 0;
+  std::vector<Atom> atoms;
+};
+
+/// All that the catalogue can do along a motion. Columns are scaled by the standard deviation of their coefficient's
+/// prior: a torque of RMS 20 % of the nominal one.
+struct Dictionary {
+  std::vector<Suspect> suspects;
+  Eigen::MatrixXd columns;  // rows of the response x columns
+  Eigen::VectorXd scale;    // prior standard deviation of each coefficient
+};
+
+/// `allowed`: indices of EffectForm.
+Dictionary make_dictionary(const LinearResponse& response, const Excitation& excitation,
+                           const std::vector<std::size_t>& allowed);
+
+/// A set of suspects with the shapes that explain the target best.
+struct Finding {
+  std::vector<int> suspects;  // increasing
+  std::vector<int> atoms;     // of each
+  double log_evidence = 0.0;  // less that of the empty set, penalty included
+  Eigen::VectorXd coefficients;
+  double explained = 0.0;  // squares of the target that it explains
+
+  std::vector<Effect> effects(const Dictionary& dictionary) const;
+};
+
+struct ScreenOptions {
+  int largest = 3;       // effects in a set
+  double penalty = 3.0;  // nats per effect
+  int keep = 100;        // pairs, and triples, that are returned
+  int beam = 40;         // pairs that are extended to triples
+};
+
+/// Evidence of sets of effects for target = columns * coefficients + white noise of variance 1, coefficients standard
+/// normal; `target` and `columns` are those of the dictionary, possibly whitened. Inner products are made once.
+class Screen {
+ public:
+  Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
+         const ScreenOptions& options = {});
+
+  /// Every single effect, the best pairs and triples, and the empty set; best first.
+  std::vector<Finding> all() const;
+
+  /// Sets that differ from a given one by one effect more or by one in the place of another; best first. `effects` that
+  /// are no suspects are left out.
+  std::vector<Finding> neighbours(const std::vector<Effect>& effects) const;
+
+ private:
+  Finding climb(std::vector<int> suspects, std::vector<int> atoms) const;
+  struct Value;
+  Value value(std::span<const Atom* const> atoms) const;
+
+  const Dictionary& dictionary_;
+  ScreenOptions options_;
+  Eigen::VectorXd g_;
+  Eigen::MatrixXd gram_;
+};
+
+}  // namespace bayesctrl

@@ -1,0 +1,211 @@
+#include "diagnose/verdict/propose.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.hpp"
+#include "base/format.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kRival = 1e-3;        // probability of a rival that is worth an experiment
+constexpr double kDuration = 10.0;     // s
+constexpr double kPeriod = 0.01;       // s,
+constexpr double kShownPeriod = 0.02;  // and of the signal in the report
+constexpr double kFurther = 2.0;       // times the recordings' way: no experiment leads further
+constexpr int kRounds = 5;             // of the rival's attempts to imitate
+
+struct Input {
+  std::string text;
+  std::vector<double> values;
+};
+
+/// Inputs within the amplitude of the recordings.
+std::vector<Input> family(double amplitude) {
+  const auto steps = static_cast<std::size_t>(kDuration / kPeriod);
+  std::vector<Input> list;
+  const auto add = [&](std::string text, auto&& u) {
+    Input input{std::move(text), {}};
+    for (std::size_t k = 0; k <= steps; ++k) input.values.push_back(u(static_cast<double>(k) * kPeriod));
+    list.push_back(std::move(input));
+  };
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  add("none: release from rest at 0.5 and let it swing", [](double) { return 0.0; });
+  for (const double part : {0.1, 0.3, 1.0}) {
+    const double a = part * amplitude;
+    const std::string size = "amplitude " + format(a, 3);
+    add("slow reversals: sine of 0.1 Hz, " + size, [=](double t) { return a * std::sin(kTurn * 0.1 * t); });
+    add("sine of 0.5 Hz, " + size, [=](double t) { return a * std::sin(kTurn * 0.5 * t); });
+    add("steps of 1 s, both signs, " + size, [=](double t) { return std::fmod(t, 2.0) < 1.0 ? a : -a; });
+    add("chirp of 0.1 to 5 Hz, " + size,
+        [=](double t) { return a * std::sin(kTurn * (0.1 * t + 0.5 * (5.0 - 0.1) / kDuration * t * t)); });
+    add("coast-down: pushed for 1 s, then free, " + size, [=](double t) { return t < 1.0 ? a : 0.0; });
+    add("holding: " + size + " in stairs of 2 s", [=](double t) { return a * (std::floor(t / 2.0) - 2.0) / 2.0; });
+  }
+  return list;
+}
+
+/// Measured positions under an input, from a start near rest that `moved` displaces.
+Eigen::VectorXd simulate(const Plant& plant, std::vector<Effect> effects, const Input& input, int joint, int joints,
+                         const StateVector& moved) {
+  for (Effect& effect : effects) effect.recording = -1;
+  const Machine machine(plant, effects);
+  std::vector<double> time;
+  Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(input.values.size()), joints);
+  for (std::size_t k = 0; k < input.values.size(); ++k) {
+    time.push_back(static_cast<double>(k) * kPeriod);
+    u(static_cast<Eigen::Index>(k), joint) = input.values[k];
+  }
+  StateVector start = moved;
+  if (input.text.starts_with("none")) start[joint] += 0.5;
+  return machine.run(start, time, machine.drives(time, u), 0, time.size() - 1, 0.011).reshaped();
+}
+
+/// What one explanation shows under an input that another cannot imitate, whatever its parameters and initial state.
+class Difference {
+ public:
+  Difference(const Fit& best, const Fit& rival, const Input& input, int joint, int joints)
+      : rival_(rival), input_(input), joint_(joint), start_(StateVector::Zero(2 * joints)) {
+    wanted_ = simulate(best.plant, best.effects, input, joint, joints, start_);
+    left_ = wanted_ - shown(rival_, start_);
+  }
+
+  /// Largest way of a joint from where it starts, rad or m.
+  double way() const {
+    const Eigen::Map<const Eigen::MatrixXd> q(wanted_.data(), wanted_.size() / (start_.size() / 2), start_.size() / 2);
+    return (q.rowwise() - q.row(0)).cwiseAbs().maxCoeff();
+  }
+
+  /// Squares that are left if the rival were linear in what it may change.
+  double linear_squares() {
+    const Eigen::MatrixXd slopes = this->slopes();
+    change_ = slopes.colPivHouseholderQr().solve(left_);
+    return (left_ - slopes * change_).squaredNorm();
+  }
+
+  /// The same after a few steps of its own.
+  double squares() {
+    for (int round = 0; round < kRounds; ++round) {
+      linear_squares();
+      Fit moved = rival_;
+      StateVector start = start_;
+      for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
+        Unknown& unknown = moved.unknowns[i];
+        unknown.value = std::clamp(unknown.value + change_[static_cast<Eigen::Index>(i)], unknown.low, unknown.high);
+        put(moved, unknown);
+      }
+      start += StateVector(change_.tail(start.size()));
+      const Eigen::VectorXd left = wanted_ - shown(moved, start);
+      if (!(left.squaredNorm() < left_.squaredNorm())) break;
+      rival_ = std::move(moved);
+      start_ = start;
+      left_ = left;
+    }
+    return left_.squaredNorm();
+  }
+
+ private:
+  Eigen::VectorXd shown(const Fit& fit, const StateVector& start) const {
+    return simulate(fit.plant, fit.effects, input_, joint_, static_cast<int>(start_.size()) / 2, start);
+  }
+
+  Eigen::MatrixXd slopes() const {
+    const Eigen::VectorXd here = wanted_ - left_;
+    const auto count = static_cast<Eigen::Index>(rival_.unknowns.size());
+    Eigen::MatrixXd slopes(left_.size(), count + start_.size());
+    for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
+      Unknown unknown = rival_.unknowns[i];
+      const auto at = static_cast<Eigen::Index>(i);
+      const double step = std::max(0.1 * std::sqrt(rival_.covariance(at, at)), unknown.step);
+      Fit moved = rival_;
+      unknown.value += step;
+      put(moved, unknown);
+      slopes.col(at) = (shown(moved, start_) - here) / step;
+    }
+    for (Eigen::Index i = 0; i < start_.size(); ++i) {
+      StateVector moved = start_;
+      moved[i] += kStartStep;
+      slopes.col(count + i) = (shown(rival_, moved) - here) / kStartStep;
+    }
+    return slopes;
+  }
+
+  Fit rival_;
+  const Input& input_;
+  int joint_;
+  StateVector start_;
+  Eigen::VectorXd wanted_, left_, change_;
+};
+
+}  // namespace
+
+nlohmann::ordered_json propose(const Plant& nominal, const Explanation& explanation, const std::vector<Measured>& data,
+                               int joints) {
+  const Candidate* rival = nullptr;
+  for (std::size_t i = 1; i < explanation.candidates.size() && rival == nullptr; ++i) {
+    if (explanation.candidates[i].probability >= kRival) rival = &explanation.candidates[i];
+  }
+  if (rival == nullptr) return nullptr;
+  const Fit& best = explanation.best().fit;
+  const int joint = !best.effects.empty()         ? best.effects.front().joint
+                    : !rival->fit.effects.empty() ? rival->fit.effects.front().joint
+                                                  : 0;
+  double amplitude = 0.0;
+  for (const Measured& m : data) amplitude = std::max(amplitude, m.input.col(joint).cwiseAbs().maxCoeff());
+  if (amplitude == 0.0) amplitude = torque_scale(nominal, data)[joint];
+  const double noise = explanation.noise[joint];
+  const std::vector<Input> inputs = family(amplitude);
+  double seen = 0.0;  // way in the recordings
+  for (const Measured& m : data)
+    seen = std::max(seen, (m.position.rowwise() - m.position.row(0)).cwiseAbs().maxCoeff());
+  // Each of the two may be true, as probable as it is now.
+  const double mine = explanation.best().probability / (explanation.best().probability + rival->probability);
+  const auto expected = [&](const Input& tried, auto&& squares) {
+    Difference if_best(best, rival->fit, tried, joint, joints), if_rival(rival->fit, best, tried, joint, joints);
+    if (std::max(if_best.way(), if_rival.way()) > kFurther * seen) return 0.0;
+    const double odds = 0.5 * (mine * squares(if_best) + (1.0 - mine) * squares(if_rival)) / (noise * noise);
+    return std::isfinite(odds) ? odds : 0.0;
+  };
+  std::vector<std::pair<double, const Input*>> promising;  // log odds to first order
+  for (const Input& tried : inputs) {
+    try {
+      promising.emplace_back(expected(tried, [](Difference& d) { return d.linear_squares(); }), &tried);
+    } catch (const NumericalError&) {  // this input is not for this machine
+    }
+  }
+  std::sort(promising.begin(), promising.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  double most = 0.0;
+  const Input* input = nullptr;
+  for (const auto& [linear, tried] : promising) {
+    if (linear <= most) break;  // the rest cannot do better
+    try {
+      if (const double odds = expected(*tried, [](Difference& d) { return d.squares(); }); odds > most) {
+        most = odds;
+        input = tried;
+      }
+    } catch (const NumericalError&) {
+    }
+  }
+  if (input == nullptr || most < 1.0) return nullptr;  // no input of the family tells them apart
+  nlohmann::ordered_json separates = nlohmann::ordered_json::array();
+  const auto name_set = [&](const Fit& fit) {
+    std::string text;
+    for (const Effect& effect : fit.effects) text += (text.empty() ? "" : " + ") + label(effect, joints);
+    return text.empty() ? std::string("nothing_missing") : text;
+  };
+  separates.push_back(name_set(best));
+  separates.push_back(name_set(rival->fit));
+  nlohmann::ordered_json signal{
+      {"joint", joint + 1}, {"period_s", kShownPeriod}, {"values", nlohmann::ordered_json::array()}};
+  constexpr auto kEvery = static_cast<std::size_t>(kShownPeriod / kPeriod + 0.5);
+  for (std::size_t k = 0; k < input->values.size(); k += kEvery) {
+    signal["values"].push_back(std::round(input->values[k] / amplitude * 1e4) / 1e4 * amplitude);
+  }
+  return {{"input", input->text}, {"separates", separates}, {"expected_log_odds", most}, {"signal", signal}};
+}
+
+}  // namespace bayesctrl

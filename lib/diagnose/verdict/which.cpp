@@ -1,0 +1,196 @@
+#include "diagnose/verdict/which.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "base/error.hpp"
+#include "diagnose/fit/free_runs.hpp"
+#include "diagnose/fit/random_force.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kInseparable = 3.0;   // nats
+constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
+constexpr std::size_t kTried = 15;     // candidates that are compared by free runs
+constexpr std::size_t kManyMore = 2;   // numbers
+constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
+
+/// The candidate with effects whose free runs are best for its size, of those whose own windows are.
+std::size_t most_worthwhile(const Explanation& explanation, const std::function<double(const Fit&)>& beyond_noise) {
+  std::vector<std::pair<double, std::size_t>> ranked;
+  for (std::size_t i = 0; i < explanation.candidates.size(); ++i) {
+    const Fit& f = explanation.candidates[i].fit;
+    if (!f.effects.empty()) ranked.emplace_back(cost(explanation.excess(f), f), i);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(std::min(ranked.size(), kTried));
+  for (auto& [worth, i] : ranked) {
+    const Fit& f = explanation.candidates[i].fit;
+    worth = cost(beyond_noise(f), f);
+  }
+  return std::min_element(ranked.begin(), ranked.end())->second;
+}
+
+/// Evidence of candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
+/// What has many more can be no alternative. All but the first then have the parameters that the evidence is of.
+void rank_beside_force(Explanation& explanation, const FitProblem& measured, const LinearResponse& white,
+                       std::size_t numbers) {
+  std::map<std::string, Fit> settled;
+  for (Candidate& candidate : explanation.candidates) {
+    candidate.fit.log_evidence = -kInfinity;
+    if (candidate.fit.unknowns.size() > numbers + kManyMore) continue;
+    const Fit fit = beside_random_force(measured, white, candidate.fit);
+    candidate.fit.log_evidence = fit.log_evidence;
+    settled.emplace(key(fit.effects), fit);
+  }
+  const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
+  const auto more_probable = [&](const Candidate& a, const Candidate& b) {
+    return std::pair(as_simple(a), a.fit.log_evidence) > std::pair(as_simple(b), b.fit.log_evidence);
+  };
+  std::vector<Candidate>& candidates = explanation.candidates;
+  std::iter_swap(candidates.begin(), std::min_element(candidates.begin(), candidates.end(), more_probable));
+  const double highest = explanation.best().fit.log_evidence;
+  const Fit& best = settled.at(key(explanation.best().fit.effects));
+  for (std::size_t i = 1; i < candidates.size(); ++i) {
+    Fit& fit = candidates[i].fit;
+    const auto its = settled.find(key(fit.effects));
+    if (its == settled.end() || fit.log_evidence == -kInfinity) continue;
+    if (!fit.effects.empty()) {
+      fit.plant = its->second.plant;
+      fit.effects = its->second.effects;
+      fit.unknowns = its->second.unknowns;
+      fit.covariance = its->second.covariance;
+    }
+    if (fit.log_evidence > highest) continue;
+    const Eigen::VectorXd more = its->second.residual.cwiseAbs2() - best.residual.cwiseAbs2();
+    fit.log_evidence = highest - believable(highest - fit.log_evidence, 0.5 * more);
+  }
+  std::sort(candidates.begin() + 1, candidates.end(), more_probable);
+  double sum = 0.0;
+  for (Candidate& candidate : explanation.candidates) {
+    candidate.probability = as_simple(candidate) ? std::exp(candidate.fit.log_evidence - highest) : 0.0;
+    sum += candidate.probability;
+  }
+  for (Candidate& candidate : explanation.candidates) candidate.probability /= sum;
+}
+
+}  // namespace
+
+double believable(double nats, const Eigen::VectorXd& more) {
+  const auto count = static_cast<double>(more.size());
+  if (more.size() < 2) return nats;
+  const double scatter = std::sqrt((more.array() - more.mean()).square().sum() * count / (count - 1.0));
+  if (!(scatter > 0.0)) return nats;
+  const boost::math::students_t distribution(count - 1.0);
+  const double t = nats / scatter;
+  const double wrong = boost::math::cdf(boost::math::complement(distribution, t));
+  return wrong > 0.0 ? std::min(nats, std::log((1.0 - wrong) / wrong)) : nats;
+}
+
+std::vector<std::string> labels(const std::vector<Effect>& effects, int joints) {
+  std::vector<std::string> list;
+  for (const Effect& effect : effects) list.push_back(label(effect, joints));
+  return list;
+}
+
+Alike find_alike(const Explanation& explanation, int joints) {
+  Alike result;
+  const Fit& best = explanation.best().fit;
+  for (const Effect& effect : best.effects) result.classes.push_back({label(effect, joints)});
+  std::vector<std::string> own = labels(best.effects, joints);
+  for (const Candidate& candidate : explanation.candidates) {
+    const Fit& fit = candidate.fit;
+    if (fit.effects.size() != best.effects.size() || std::abs(best.log_evidence - fit.log_evidence) > kInseparable) {
+      continue;
+    }
+    std::vector<std::string> other = labels(fit.effects, joints), lost;
+    for (const std::string& name : own) {
+      const auto at = std::find(other.begin(), other.end(), name);
+      if (at == other.end()) {
+        lost.push_back(name);
+      } else {
+        other.erase(at);
+      }
+    }
+    if (lost.size() != 1 || other.size() != 1) continue;
+    for (std::vector<std::string>& names : result.classes) {
+      if (names.front() == lost.front() && std::find(names.begin(), names.end(), other.front()) == names.end()) {
+        names.push_back(other.front());
+      }
+    }
+  }
+  for (const Candidate& candidate : explanation.candidates) {
+    if (candidate.fit.effects.size() != best.effects.size()) continue;
+    std::vector<std::string> left = labels(candidate.fit.effects, joints);
+    bool inside = true;
+    for (const std::vector<std::string>& names : result.classes) {
+      const auto at = std::find_if(left.begin(), left.end(), [&](const std::string& name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+      });
+      if (at == left.end()) {
+        inside = false;
+        break;
+      }
+      left.erase(at);
+    }
+    if (!inside) continue;
+    result.probability += candidate.probability;
+    result.sets.push_back(&candidate);
+  }
+  return result;
+}
+
+std::size_t strongest(const Explanation& explanation) {
+  const Fit& best = explanation.best().fit;
+  std::size_t strongest = 0;
+  double most = -kInfinity;
+  for (std::size_t e = 0; e < best.effects.size(); ++e) {
+    const std::string name = key(without(best.effects, e));
+    for (const Candidate& candidate : explanation.candidates) {
+      if (key(candidate.fit.effects) != name) continue;
+      if (const double loss = best.log_evidence - candidate.fit.log_evidence; loss > most) {
+        most = loss;
+        strongest = e;
+      }
+    }
+  }
+  return strongest;
+}
+
+double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
+                          const std::vector<Trajectory>& paths, double horizon) {
+  const double rms = free_runs({fit.plant, fit.effects, {}}, data, paths, horizon, false, explanation.max_step).rms;
+  return std::sqrt(std::max(0.0, rms * rms - std::pow(explanation.noise_rms(), 2)));
+}
+
+void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
+                   double horizon) {
+  if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
+  const auto beyond_noise = [&](const Fit& fit) {
+    return error_beyond_noise(fit, explanation, data, explanation.measured->paths, horizon);
+  };
+  const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
+  const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
+  const auto beside_force = [&](const Fit& fit) {
+    return measured.response.beside_random(likely_intensity(measured, fit));
+  };
+  rank_beside_force(explanation, measured, beside_force(worthwhile), worthwhile.unknowns.size());
+
+  Fit& best = explanation.candidates.front().fit;
+  const Fit settled = beside_random_force(measured, beside_force(best), best);
+  const double before = beyond_noise(best), evidence = best.log_evidence;
+  best.covariance = settled.covariance;
+  try {
+    const Fit there = started(problem_about(*explanation.linearisation, explanation, data, options), settled);
+    if (beyond_noise(there) < kMuchWorse * before) best = there;
+  } catch (const NumericalError&) {  // free runs diverge there
+  }
+  best.log_evidence = evidence;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,72 @@
+#include "physics/machine/drive.hpp"
+
+#include <cmath>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kShort = 5e-3;  // time constants: over less, differences of exponentials are rounded away
+
+}  // namespace
+
+Line decaying(double value, double tau, double h) {
+  const double x = h / tau, lost = -std::expm1(-x);
+  const double rise =
+      x < kShort ? -x * (1.0 - x * (0.5 - 0.15 * x)) : 12.0 * ((lost - x * (1.0 - lost)) / (x * x) - lost / (2.0 * x));
+  return {value * lost / x, value * rise / h};
+}
+
+Drive::Drive(const std::vector<Effect>& effects, int joint) {
+  for (std::size_t kind = 0; kind < std::variant_size_v<EffectForm>; ++kind) {
+    for (const Effect& effect : effects) {
+      if (effect.joint != joint || effect.form.index() != kind) continue;
+      std::visit(
+          [&]<class E>(const E& form) {
+            if constexpr (DelayEffect<E>) delay_ += form.delay_time();
+            if constexpr (LagEffect<E>) lag_ = form.lag();
+            if constexpr (MapEffect<E> || PlayEffect<E>) effects_.emplace_back(form);
+          },
+          effect.form);
+    }
+  }
+  play_.resize(effects_.size(), 0.0);
+}
+
+Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
+             int joint)
+    : Drive(effects, joint) {
+  for (std::size_t k = 0; k < time.size(); ++k) append(time[k], input[k]);
+}
+
+void Drive::append(double time, double input) {
+  const auto add = [&](double t, double u) {
+    for (std::size_t i = 0; i < effects_.size(); ++i) {
+      std::visit(
+          [&]<class E>(const E& form) {
+            if constexpr (MapEffect<E>) u = form.transform(u);
+            if constexpr (PlayEffect<E>) u = play_[i] = form.follow(u, play_[i]);
+          },
+          effects_[i]);
+    }
+    if (lag_ > 0.0) lagged_.push_back(time_.empty() ? u : at(time_.size() - 1, t));
+    time_.push_back(t);
+    held_.push_back(u);
+  };
+  if (delay_ > 0.0 && time_.empty()) add(time, 0.0);
+  add(time + delay_, input);
+}
+
+double Drive::at(std::size_t index, double t) const {
+  if (lag_ <= 0.0) return held_[index];
+  return held_[index] + (lagged_[index] - held_[index]) * std::exp(-(t - time_[index]) / lag_);
+}
+
+Line Drive::over(std::size_t index, double t, double h) const {
+  if (lag_ <= 0.0) return {held_[index], 0.0};
+  Line line = decaying(at(index, t) - held_[index], lag_, h);
+  line.middle += held_[index];
+  return line;
+}
+
+}  // namespace bayesctrl

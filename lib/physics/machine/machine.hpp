@@ -1,0 +1,114 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "base/vector.hpp"
+#include "physics/effect.hpp"
+#include "physics/machine/drive.hpp"
+#include "physics/plant.hpp"
+#include "physics/remainder_sum.hpp"
+
+namespace bayesctrl {
+
+/// States of a machine's joints beside [q, v].
+struct HiddenStates {
+  JointVector effects;  // those of effects (presliding)
+  JointVector lags;     // outputs of lags less what they are where the lag had settled on the recording's first input
+};
+
+/// A plant with additional physics: M(q) q'' = plant's torques + effects. Integrated by the classical Runge-Kutta
+/// method of fourth order with steps of at most `max_step`, cut at every switch of the input and at every stop of a
+/// joint, so that dry friction sticks exactly: at v = 0 the joint rests while the other torques stay within what
+/// friction holds.
+class Machine {
+ public:
+  Machine(const Plant& plant, std::vector<Effect> effects, Remainder remainder = {});
+
+  int joints() const { return joints_; }
+  const std::vector<Effect>& effects() const { return effects_; }
+  const Remainder& remainder() const { return remainder_; }
+
+  /// Drives of all joints for one recording; `input`: samples x joints.
+  std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const;
+
+  /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
+  /// and the `hidden` states at time[first]. With `states` also the true [q, v] of each sample.
+  /// Throws NumericalError where it diverges.
+  Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
+                      std::size_t first, std::size_t last, double max_step, const HiddenStates& hidden,
+                      Eigen::MatrixXd* states = nullptr, const Remainder::Memory& memory = {}) const;
+  Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
+                      std::size_t first, std::size_t last, double max_step = 0.005) const {
+    return run(start, time, drives, first, last, max_step, {JointVector::Zero(joints_), JointVector::Zero(joints_)});
+  }
+
+  /// States of the joints' effects (samples x joints) along a known motion: 0 at its first sample, and `known` at the
+  /// samples that it names.
+  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity,
+                                const std::map<std::size_t, JointVector>& known = {}) const;
+  bool has_hidden_states() const { return has_hidden_states_; }
+
+  /// What is left of departures of the lags after `by` seconds.
+  JointVector decayed(const JointVector& lags, double by) const;
+  bool has_lags() const { return lag_.any(); }
+
+  /// What the sensors show of a position.
+  JointVector measured(const JointVector& position) const;
+
+ private:
+  friend class Simulation;
+  struct Moment;
+
+  // With the number of joints a constant, so that all is arithmetic on arrays: machine_forces.hpp.
+  template <int kJoints>
+  struct StateOf;
+  using State = StateOf<kMaxJoints>;
+  template <int kJoints>
+  struct Load;
+
+  template <int kJoints>
+  Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
+                     const MotionOf<kJoints>& driven) const;
+  template <int kJoints>
+  struct InputOver;
+  template <int kJoints>
+  Joints<kJoints> input_at(const Moment& moment, double t) const;
+  template <int kJoints>
+  InputOver<kJoints> input_over(const Moment& moment, double h) const;
+  template <int kJoints>
+  Joints<kJoints> acceleration(const StateOf<kJoints>& state, const Joints<kJoints>& input, const Moment& moment,
+                               double t, Joints<kJoints>* holding_torque) const;
+  template <int kJoints>
+  double holding(const StateOf<kJoints>& state, const Moment& moment, int joint) const;
+  template <int kJoints>
+  double fine_step(const StateOf<kJoints>& state, bool goes_on) const;
+  template <int kJoints>
+  StateOf<kJoints> step(const StateOf<kJoints>& state, const Moment& moment, double h) const;
+  template <int kJoints>
+  void settle(StateOf<kJoints>& state, Moment& moment) const;
+  template <int kJoints>
+  void advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const;
+  template <int kJoints>
+  void advance_to(StateOf<kJoints>& state, Moment& moment, double goal, double max_step) const;
+
+  void advance_and_remember(State& state, Moment& moment, double goal, double max_step) const;
+
+  Plant plant_;
+  std::vector<Effect> effects_;
+  Remainder remainder_;
+  RemainderSum remainder_sum_;
+  int joints_ = 1;
+  std::array<bool, kMaxJoints> dry_{};  // joints with dry friction
+  JointSlots added_inertia_;            // per joint
+  JointSlots tilt_;                     // per joint, rad
+  JointSlots lag_;                      // per joint, s
+  bool bears_load_ = false;             // friction depends on the load of the joints
+  bool has_hidden_states_ = false;
+  bool has_added_inertia_ = false, has_tilt_ = false;
+  std::vector<double> switch_times_;  // of timed effects, increasing
+};
+
+}  // namespace bayesctrl

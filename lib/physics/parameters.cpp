@@ -1,0 +1,78 @@
+#include "physics/parameters.hpp"
+
+#include <stdexcept>
+
+namespace bayesctrl {
+
+namespace {
+
+/// Calls f(name, value, info) for each parameter.
+void for_each_parameter(auto& form_or_plant, auto&& f) {
+  std::visit(
+      [&]<class T>(T& held) {
+        if constexpr (HasFields<std::remove_const_t<T>>) {
+          T::fields(held, [&](std::string_view name, auto& value, const Info& info) { f(name, value, info); });
+        }
+      },
+      form_or_plant);
+}
+
+[[noreturn]] double missing(std::string_view name) {
+  throw std::invalid_argument("there is no parameter '" + std::string(name) + "'");
+}
+
+/// The number of that name in a plant or an effect.
+auto& number_of(auto& form_or_plant, std::string_view name) {
+  std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(form_or_plant)>>, const double, double>* found =
+      nullptr;
+  for_each_parameter(form_or_plant, [&](std::string_view key, auto& value, const Info&) {
+    if (key == name) found = &value;
+  });
+  if (found == nullptr) missing(name);
+  return *found;
+}
+
+}  // namespace
+
+std::vector<std::string> parameter_names(const Plant& plant) {
+  std::vector<std::string> names;
+  if (const Custom* custom = std::get_if<Custom>(&plant)) {
+    for (const auto& [name, value] : custom->parameters().items) names.push_back(name);
+  }
+  for_each_parameter(plant, [&](std::string_view name, double, const Info&) { names.emplace_back(name); });
+  return names;
+}
+
+double parameter(const Plant& plant, std::string_view name) {
+  const Custom* custom = std::get_if<Custom>(&plant);
+  if (custom == nullptr) return number_of(plant, name);
+  const double* value = custom->parameters().find(name);
+  return value != nullptr ? *value : missing(name);
+}
+
+void set_parameter(Plant& plant, std::string_view name, double value) {
+  if (Custom* custom = std::get_if<Custom>(&plant)) return custom->set_parameter(name, value);
+  number_of(plant, name) = value;
+}
+
+Info parameter_info(const Plant& plant, std::string_view name) {
+  Info found;
+  for_each_parameter(plant, [&](std::string_view key, double, const Info& info) {
+    if (key == name) found = info;
+  });
+  return found;
+}
+
+double parameter(const EffectForm& form, std::string_view name) { return number_of(form, name); }
+
+void set_parameter(EffectForm& form, std::string_view name, double value) { number_of(form, name) = value; }
+
+std::vector<Declared> parameters(const EffectForm& form) {
+  std::vector<Declared> list;
+  for_each_parameter(form, [&](std::string_view name, double value, const Info& info) {
+    list.push_back({name, value, info});
+  });
+  return list;
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,125 @@
+// Parameters where the machine does more than the model says: a random force, bounds that stop a step.
+
+#include "diagnose/fit/random_force.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "diagnose/search/explain.hpp"
+#include "diagnose/verdict/which.hpp"
+#include "support/recorded_pendulum.hpp"
+
+using namespace bayesctrl;
+using testing::kPendulum, testing::record, testing::whole_catalogue;
+
+namespace {
+
+constexpr double kPeriod = 0.01;  // s, of the recordings
+constexpr double kForce = 0.02;   // N m sqrt(s), root of the spectral density
+constexpr double kInertia = 0.6 * 0.8 * 0.8;
+constexpr double kLevel = 0.3;  // N m, of friction
+
+/// A pendulum on which a force acts that the recording does not hold.
+Measured shaken(std::uint64_t seed) {
+  const Machine machine(kPendulum, {{CoulombFriction{kLevel}, 0}});
+  Measured data = record(machine, -1.0, seed);
+  RandomStream random(seed + 1000);
+  Eigen::MatrixXd felt = data.input;
+  for (double& u : felt.reshaped()) u += kForce / std::sqrt(kPeriod) * draw_normal(random);
+  StateVector start(2);
+  start << 0.3, 0.0;
+  data.position = machine.run(start, data.time, machine.drives(data.time, felt), 0, data.samples() - 1, 1e-3);
+  for (double& q : data.position.reshaped()) q += testing::kPendulumNoise * draw_normal(random);
+  return data;
+}
+
+}  // namespace
+
+TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_force]") {
+  constexpr int kRuns = 24;
+  int covered = 0, covered_by_free_runs = 0;
+  double intensity = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    const std::vector<Measured> data{shaken(static_cast<std::uint64_t>(7 + run))};
+    const std::size_t friction = EffectForm{CoulombFriction{}}.index();
+    const ExplainOptions options{{friction}, {}};
+    const Explanation found = explain(kPendulum, data, options);
+    REQUIRE(found.best().fit.effects.size() == 1);
+    const FitProblem problem = problem_about(*found.measured, found, data, options);
+    const Eigen::VectorXd likely = likely_intensity(problem, found.best().fit);
+    const Fit fit = beside_random_force(problem, problem.response.beside_random(likely), found.best().fit);
+    const auto holds = [](const Fit& f) {
+      return std::abs(f.unknowns[0].value - kLevel) < 1.96 * f.deviation(0, "level");
+    };
+    covered += holds(fit);
+    covered_by_free_runs += holds(found.best().fit);
+    intensity += likely[0] / kRuns;
+  }
+  CHECK(covered >= 20);  // of 24; fewer have probability 0.006
+  CHECK(covered_by_free_runs < 20);
+  CHECK(intensity == Approx(kForce / kInertia).epsilon(0.15));
+}
+
+TEST_CASE("A response beside no random force is the response", "[diagnose][random_force]") {
+  const std::vector<Measured> data{shaken(3)};
+  const Explanation found = explain(kPendulum, data, {{}, {}});
+  const LinearResponse& response = *found.measured->response;
+  CHECK(response.beside_random(Eigen::VectorXd::Zero(1)).target().isApprox(response.target()));
+  const double much = response.beside_random(Eigen::VectorXd::Constant(1, 1.0)).target().squaredNorm();
+  CHECK(much < 0.01 * response.target().squaredNorm());
+}
+
+TEST_CASE("A step stops at bounds and serves the other unknowns", "[diagnose][random_force]") {
+  RandomStream random(5);
+  for (int trial = 0; trial < 200; ++trial) {
+    constexpr Eigen::Index kCount = 4;
+    Eigen::MatrixXd root(kCount, kCount);
+    Eigen::VectorXd slope(kCount);
+    for (double& x : root.reshaped()) x = draw_normal(random);
+    for (double& x : slope) x = 3.0 * draw_normal(random);
+    const Eigen::MatrixXd curvature = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(kCount, kCount);
+    std::vector<Unknown> unknowns;
+    for (Eigen::Index i = 0; i < kCount; ++i) {
+      Unknown u{0, "x", draw_uniform(random, -0.5, 0.5)};
+      u.low = -1.0;
+      u.high = i == 0 ? kInfinity : 1.0;
+      unknowns.push_back(u);
+    }
+    const Eigen::VectorXd step = step_within_bounds(curvature, slope, unknowns);
+    const Eigen::VectorXd gradient = curvature * step - slope;
+    for (Eigen::Index i = 0; i < kCount; ++i) {
+      const Unknown& u = unknowns[static_cast<std::size_t>(i)];
+      const double there = u.value + step[i];
+      constexpr double kRounding = 1e-12;
+      CHECK(there >= u.low - kRounding);
+      CHECK(there <= u.high + kRounding);
+      if (there > u.low + kRounding && there < u.high - kRounding)
+        CHECK(std::abs(gradient[i]) < 1e-9 * (1.0 + slope.norm()));
+    }
+  }
+}
+
+TEST_CASE("Of two models that are equally wrong one seems better by three nats no more often than it may",
+          "[diagnose][random_force]") {
+  constexpr int kDraws = 20000, kRows = 7;
+  RandomStream random(5);
+  int misled = 0, misled_by_likelihood = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Eigen::VectorXd more(kRows);
+    for (double& nats : more) nats = 20.0 * draw_normal(random);
+    misled += believable(more.sum(), more) > 3.0;
+    misled_by_likelihood += more.sum() > 3.0;
+  }
+  CHECK(misled / double(kDraws) == Approx(1.0 / (1.0 + std::exp(3.0))).epsilon(0.1));
+  CHECK(misled_by_likelihood > 9 * kDraws / 20);
+}
+
+TEST_CASE("An advantage in every row is believed, one in a single row is not", "[diagnose][random_force]") {
+  Eigen::VectorXd more = Eigen::VectorXd::Constant(10, 2.0);
+  CHECK(believable(more.sum(), more) == 20.0);
+  more[3] += 1e-3;
+  CHECK(believable(more.sum(), more) == Approx(20.001));
+  more.setZero();
+  more[3] = 20.0;
+  CHECK(believable(more.sum(), more) < 2.0);
+  CHECK(believable(7.0, more.head(1)) == 7.0);  // one row: nothing is known of scatter
+}
