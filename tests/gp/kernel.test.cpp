@@ -13,8 +13,9 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-constexpr double kRoundOff = 1e-13;   // of k, relative to the variance: some dozens of operations
-constexpr double kDifference = 1e-8;  // of a central difference with step 1e-3, extrapolated: 1e-12 + 1e-16 / 1e-3
+constexpr double kKernelRoundOff = 1e-13;  // of k, relative to the variance: some dozens of operations
+constexpr double kKernelDifference =
+    1e-8;  // of a central difference with step 1e-3, extrapolated: 1e-12 + 1e-16 / 1e-3
 
 /// All inputs of the block, with k and its gradient.
 struct Differentiated {
@@ -45,12 +46,12 @@ TEST_CASE("Each kernel has the value of its formula", "[gp]") {
       {{Periodic{1.7, scales, {2.0, 5.5}}}, 0.244341088875643821703733330706}};
   for (const auto& [kernel, value] : expected) {
     INFO(name_of(kernel.form));
-    CHECK(covariance(kernel, x, y) == Approx(value).epsilon(kRoundOff));
+    CHECK(covariance(kernel, x, y) == Approx(value).epsilon(kKernelRoundOff));
   }
   const Kernel sum{Sum{{expected[0].first, expected[4].first}}},
       product{Product{{expected[0].first, expected[4].first}}};
-  CHECK(covariance(sum, x, y) == Approx(expected[0].second + expected[4].second).epsilon(kRoundOff));
-  CHECK(covariance(product, x, y) == Approx(expected[0].second * expected[4].second).epsilon(kRoundOff));
+  CHECK(covariance(sum, x, y) == Approx(expected[0].second + expected[4].second).epsilon(kKernelRoundOff));
+  CHECK(covariance(product, x, y) == Approx(expected[0].second * expected[4].second).epsilon(kKernelRoundOff));
 }
 
 TEST_CASE("Every kernel is symmetric and has its variance at distance zero", "[gp]") {
@@ -60,9 +61,9 @@ TEST_CASE("Every kernel is symmetric and has its variance at distance zero", "[g
       const Eigen::MatrixXd k = gram(kernel, points, points);
       const double scale = variance(kernel);
       INFO(name << " in " << dimension << " dimensions");
-      CHECK(k.isApprox(k.transpose(), kRoundOff));
-      CHECK(largest_difference(k.diagonal(), Eigen::VectorXd::Constant(20, scale)) < kRoundOff * scale);
-      CHECK(k.cwiseAbs().maxCoeff() <= scale * (1.0 + kRoundOff));
+      CHECK(k.isApprox(k.transpose(), kKernelRoundOff));
+      CHECK(largest_difference(k.diagonal(), Eigen::VectorXd::Constant(20, scale)) < kKernelRoundOff * scale);
+      CHECK(k.cwiseAbs().maxCoeff() <= scale * (1.0 + kKernelRoundOff));
       CHECK((k.array() > 0.0).all());
     }
   }
@@ -76,7 +77,7 @@ TEST_CASE("Every kernel is positive semidefinite", "[gp]") {
       const Eigen::MatrixXd k = gram(kernel, points, points);
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, Eigen::EigenvaluesOnly);
       INFO(name << " within " << reach);
-      CHECK(solver.eigenvalues().minCoeff() > -kPoints * kRoundOff * variance(kernel));
+      CHECK(solver.eigenvalues().minCoeff() > -kPoints * kKernelRoundOff * variance(kernel));
     }
   }
 }
@@ -104,7 +105,7 @@ TEST_CASE("The gradient of every kernel equals central differences for every hyp
               std::log(value), 1e-3);
           INFO(name << " by " << parameters[p].name << " at input " << i);
           REQUIRE(relative_error(result.gradient(i, static_cast<Eigen::Index>(p)), expected, variance(kernel)) <
-                  kDifference);
+                  kKernelDifference);
         }
         *parameters[p].value = value;
       }
@@ -120,7 +121,7 @@ TEST_CASE("Differentiating gives the value as well", "[gp]") {
     BlockArray k;
     evaluate(kernel, InputBlock{inputs.data(), kBlock, kBlock, 2}, x.data(), k);
     INFO(name);
-    CHECK(largest_difference(result.k.matrix(), k.matrix()) < kRoundOff * variance(kernel));
+    CHECK(largest_difference(result.k.matrix(), k.matrix()) < kKernelRoundOff * variance(kernel));
   }
 }
 
@@ -133,7 +134,7 @@ TEST_CASE("Evaluated in a block of any size, a kernel is what it is for one inpu
       BlockArray k;
       evaluate(kernel, InputBlock{inputs.data(), kBlock, count, 2}, x.data(), k);
       INFO(name << ", block of " << count);
-      CHECK(largest_difference(k.matrix(), single.head(count)) < kRoundOff * variance(kernel));
+      CHECK(largest_difference(k.matrix(), single.head(count)) < kKernelRoundOff * variance(kernel));
     }
   }
 }
@@ -178,8 +179,8 @@ TEST_CASE("A periodic kernel returns after each of its periods", "[gp]") {
   const Kernel kernel{Periodic{1.3, {0.8, 1.1}, {2.0, 5.0}}};
   const Eigen::Vector2d x(0.3, -1.2), y(-0.5, 0.4);
   const double here = covariance(kernel, x, y);
-  CHECK(covariance(kernel, x, y + Eigen::Vector2d(2.0, 0.0)) == Approx(here).epsilon(kRoundOff));
-  CHECK(covariance(kernel, x, y + Eigen::Vector2d(-6.0, 10.0)) == Approx(here).epsilon(kRoundOff));
+  CHECK(covariance(kernel, x, y + Eigen::Vector2d(2.0, 0.0)) == Approx(here).epsilon(kKernelRoundOff));
+  CHECK(covariance(kernel, x, y + Eigen::Vector2d(-6.0, 10.0)) == Approx(here).epsilon(kKernelRoundOff));
   CHECK(std::abs(covariance(kernel, x, y + Eigen::Vector2d(1.0, 0.0)) - here) > 0.1);
 }
 

@@ -18,7 +18,7 @@ double rosenbrock(const VectorXd& p, VectorXd& gradient) {
   return (1.0 - x) * (1.0 - x) + 100.0 * rest * rest;
 }
 
-const Vector2d kStart(-1.2, 1.0);  // the customary start
+const Vector2d kRosenbrockStart(-1.2, 1.0);  // the customary start
 const Vector2d kLow(-2.0, -2.0), kHigh(2.0, 2.0);
 
 /// A relative change of the objective of 1e-9 near a minimum leaves errors of about its root in the argument.
@@ -27,7 +27,7 @@ constexpr double kArgument = 1e-3;
 }  // namespace
 
 TEST_CASE("The minimum of Rosenbrock's function is found", "[numerics]") {
-  const MinimizeSummary summary = minimize(rosenbrock, kStart, kLow, kHigh);
+  const MinimizeSummary summary = minimize(rosenbrock, kRosenbrockStart, kLow, kHigh);
   CHECK((summary.x - Vector2d(1.0, 1.0)).norm() < kArgument);
   CHECK(summary.value < 1e-8);
   CHECK(summary.converged);
@@ -35,7 +35,7 @@ TEST_CASE("The minimum of Rosenbrock's function is found", "[numerics]") {
 
 TEST_CASE("A minimum beyond the bounds is found on the bounds", "[numerics]") {
   // On the edge x = 0.5 the function is least at y = x^2, with the value (1 - x)^2.
-  const MinimizeSummary summary = minimize(rosenbrock, kStart, kLow, Vector2d(0.5, 2.0));
+  const MinimizeSummary summary = minimize(rosenbrock, kRosenbrockStart, kLow, Vector2d(0.5, 2.0));
   CHECK(summary.x[0] == Approx(0.5).epsilon(1e-6));
   CHECK(summary.x[1] == Approx(0.25).margin(kArgument));
   CHECK(summary.value == Approx(0.25).epsilon(1e-5));
@@ -68,7 +68,7 @@ TEST_CASE("The summary is of the best point that was evaluated", "[numerics]") {
   for (const int limit : {1, 2, 5, 20, 200}) {
     best = INFINITY;
     calls = 0;
-    const MinimizeSummary summary = minimize(watched, kStart, kLow, kHigh, {.max_evaluations = limit});
+    const MinimizeSummary summary = minimize(watched, kRosenbrockStart, kLow, kHigh, {.max_evaluations = limit});
     INFO("limit " << limit);
     CHECK(summary.value == best);
     CHECK(summary.x == where);
@@ -78,7 +78,7 @@ TEST_CASE("The summary is of the best point that was evaluated", "[numerics]") {
 
 TEST_CASE("The number of evaluations is limited", "[numerics]") {
   for (const int limit : {1, 2, 3, 7, 15}) {
-    const MinimizeSummary summary = minimize(rosenbrock, kStart, kLow, kHigh, {.max_evaluations = limit});
+    const MinimizeSummary summary = minimize(rosenbrock, kRosenbrockStart, kLow, kHigh, {.max_evaluations = limit});
     CHECK(summary.evaluations <= limit);
     CHECK_FALSE(summary.converged);
   }
@@ -108,12 +108,12 @@ TEST_CASE("Where the objective is not a number the search turns back", "[numeric
 }
 
 TEST_CASE("Bounds that coincide hold their variable", "[numerics]") {
-  const MinimizeSummary summary = minimize(rosenbrock, kStart, Vector2d(-2.0, 0.49), Vector2d(2.0, 0.49));
+  const MinimizeSummary summary = minimize(rosenbrock, kRosenbrockStart, Vector2d(-2.0, 0.49), Vector2d(2.0, 0.49));
   CHECK(summary.x[1] == 0.49);
   CHECK(summary.value < 0.1);  // (0.7, 0.49) has 0.09
 }
 
 TEST_CASE("Bounds that do not fit are the caller's error", "[numerics]") {
-  CHECK_THROWS_AS(minimize(rosenbrock, kStart, VectorXd::Zero(1), kHigh), std::invalid_argument);
-  CHECK_THROWS_AS(minimize(rosenbrock, kStart, kHigh, kLow), std::invalid_argument);
+  CHECK_THROWS_AS(minimize(rosenbrock, kRosenbrockStart, VectorXd::Zero(1), kHigh), std::invalid_argument);
+  CHECK_THROWS_AS(minimize(rosenbrock, kRosenbrockStart, kHigh, kLow), std::invalid_argument);
 }

@@ -11,7 +11,7 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-LoopResult run(const LoopSetup& setup) { return run_loop(setup, random_stream(1, "failure")); }
+LoopResult run_failing(const LoopSetup& setup) { return run_loop(setup, random_stream(1, "failure")); }
 
 /// A slide under an inner law far too stiff for its control period: the velocity grows 999-fold in each step.
 LoopSetup exploding() {
@@ -23,7 +23,7 @@ LoopSetup exploding() {
 }  // namespace
 
 TEST_CASE("A diverging run fails with its reason and keeps the steps until then", "[sim]") {
-  const LoopResult result = run(exploding());
+  const LoopResult result = run_failing(exploding());
   CHECK(result.status == RunStatus::failed);
   CHECK_THAT(result.reason, Catch::Contains("the state diverges at t = "));
   REQUIRE(result.steps.size() > 10);
@@ -37,9 +37,9 @@ TEST_CASE("A diverging run fails with its reason and keeps the steps until then"
 
 TEST_CASE("A failed run does what the same run did up to there", "[sim]") {
   LoopSetup setup = exploding();
-  const LoopResult failed = run(setup);
+  const LoopResult failed = run_failing(setup);
   setup.duration = 0.1;
-  const LoopResult whole = run(setup);
+  const LoopResult whole = run_failing(setup);
   REQUIRE(whole.status == RunStatus::ok);
   for (std::size_t k = 0; k + 1 < whole.steps.size(); ++k) CHECK(whole.steps[k].position == failed.steps[k].position);
 }
@@ -55,7 +55,7 @@ TEST_CASE(
             for (Eigen::Index i = 0; i < 2 * example_joints<PlantType>; ++i) {
               LoopSetup setup = example_setup(plant, c, 1.0);
               setup.initial_state[i] = value;
-              const LoopResult result = run(setup);
+              const LoopResult result = run_failing(setup);
               INFO(n << " on " << PlantType::kName << ", x[" << i << "] = " << value);
               CHECK(result.status == RunStatus::failed);
               CHECK_FALSE(result.reason.empty());
@@ -76,7 +76,7 @@ TEST_CASE("A run whose samples repeat without noise fails by the reason of the c
   setup.reference = Setpoint{{0.0}};
   setup.learner.period = 0.1;
   setup.learner.drift_threshold = 1e-300;
-  const LoopResult result = run(setup);
+  const LoopResult result = run_failing(setup);
   if (result.status == RunStatus::failed) {
     CHECK_THAT(result.reason, Catch::Contains("not positive definite"));
   } else {
@@ -89,7 +89,7 @@ TEST_CASE("Too few integration steps fail with the time", "[sim]") {
   LoopSetup setup = example_setup(Pendulum{}, Proportional{100.0}, 1.0);
   setup.integration.max_steps = 1;
   setup.integration.relative_tolerance = setup.integration.absolute_tolerance = 1e-14;
-  const LoopResult result = run(setup);
+  const LoopResult result = run_failing(setup);
   CHECK(result.status == RunStatus::failed);
   CHECK_THAT(result.reason, Catch::Contains("the integration stalls at t = "));
 }

@@ -13,7 +13,7 @@ using namespace bayesctrl::testing;
 
 namespace {
 
-LoopResult run(const LoopSetup& setup) { return run_loop(setup, random_stream(1, "learning")); }
+LoopResult run_learning(const LoopSetup& setup) { return run_loop(setup, random_stream(1, "learning")); }
 
 /// Uncertain for ever: the drift if `drift`, else the gain.
 LoopSetup always_probing(const Plant& plant, bool drift, long period, int hold) {
@@ -49,7 +49,7 @@ std::vector<Seen> probes(const LoopResult& result) {
 
 TEST_CASE("Counted from the start, learning begins at multiples of the period", "[sim]") {
   for (const auto& [period, hold] : {std::pair{10L, 3}, {25L, 7}, {4L, 3}, {5L, 2}}) {
-    const LoopResult result = run(always_probing(Pendulum{}, true, period, hold));
+    const LoopResult result = run_learning(always_probing(Pendulum{}, true, period, hold));
     const std::vector<Seen> seen = probes(result);
     INFO("period " << period << ", hold " << hold);
     REQUIRE(static_cast<long>(seen.size()) == (100 + period - 1) / period);
@@ -58,7 +58,7 @@ TEST_CASE("Counted from the start, learning begins at multiples of the period", 
 }
 
 TEST_CASE("An instant that falls into a probe is left out", "[sim]") {
-  const std::vector<Seen> seen = probes(run(always_probing(Pendulum{}, true, 2, 3)));
+  const std::vector<Seen> seen = probes(run_learning(always_probing(Pendulum{}, true, 2, 3)));
   REQUIRE(seen.size() == 25);
   for (std::size_t i = 0; i < seen.size(); ++i) CHECK(seen[i].start == static_cast<long>(4 * i));
 }
@@ -67,7 +67,7 @@ TEST_CASE("Counted after the probe, learning begins a period after the end of th
   for (const auto& [period, hold] : {std::pair{10L, 3}, {25L, 7}, {1L, 3}, {2L, 5}}) {
     LoopSetup setup = always_probing(Pendulum{}, true, period, hold);
     setup.learner.schedule = Schedule::after_probe;
-    const std::vector<Seen> seen = probes(run(setup));
+    const std::vector<Seen> seen = probes(run_learning(setup));
     INFO("period " << period << ", hold " << hold);
     REQUIRE(seen.size() >= 4);
     for (std::size_t i = 0; i < seen.size(); ++i) CHECK(seen[i].start == static_cast<long>(i) * (period + hold));
@@ -77,7 +77,7 @@ TEST_CASE("Counted after the probe, learning begins a period after the end of th
 TEST_CASE("A probe holds its input for hold_periods control periods", "[sim]") {
   for (const int hold : {2, 3, 5}) {
     for (const bool drift : {true, false}) {
-      const LoopResult result = run(always_probing(Pendulum{}, drift, 10, hold));
+      const LoopResult result = run_learning(always_probing(Pendulum{}, drift, 10, hold));
       const std::vector<Seen> seen = probes(result);
       REQUIRE(seen.size() == 10);
       for (const Seen& probe : seen) {
@@ -95,7 +95,7 @@ TEST_CASE("A sample of the drift lies at the middle of its probe, with the centr
       constexpr int n = example_joints<PlantType>;
       LoopSetup setup = always_probing(plant, true, 10, 3);
       setup.sensor.positions_only = positions_only;
-      const LoopResult result = run(setup);
+      const LoopResult result = run_learning(setup);
       const std::vector<Seen> seen = probes(result);
       REQUIRE(result.belief.drift_points() == static_cast<int>(seen.size()));
       for (std::size_t p = 0; p < seen.size(); ++p) {
@@ -121,8 +121,8 @@ TEST_CASE("A sample of the drift lies at the middle of its probe, with the centr
 TEST_CASE("What a probe teaches is the true drift and gain up to the error of the difference", "[sim]") {
   constexpr double kDifference = 0.02;  // dt^2 / 6 of the third derivative of the velocity, and the hold's jump in it
   for_each_alternative(static_cast<Plant*>(nullptr), [&]<class PlantType>(const PlantType& plant) {
-    const LoopResult drift = run(always_probing(plant, true, 10, 3));
-    const LoopResult gain = run(always_probing(plant, false, 10, 3));
+    const LoopResult drift = run_learning(always_probing(plant, true, 10, 3));
+    const LoopResult gain = run_learning(always_probing(plant, false, 10, 3));
     INFO(PlantType::kName);
     const auto truth_at = [&](const Posterior& data, Eigen::Index p) {
       const Eigen::VectorXd x = data.inputs().points().row(p);
@@ -146,7 +146,7 @@ TEST_CASE("What a probe teaches is the true drift and gain up to the error of th
 TEST_CASE("A probe that the limit cuts is learned from with the input that was applied", "[sim]") {
   LoopSetup setup = always_probing(Mass{.mass = 2.0}, false, 10, 3);
   setup.input_limit = {3.0};
-  const LoopResult result = run(setup);
+  const LoopResult result = run_learning(setup);
   REQUIRE(result.belief.gain_points() > 5);
   for (const double log_gain : result.belief.gain(0, 0).targets())
     CHECK(std::exp(log_gain) == Approx(0.5).epsilon(1e-6));
@@ -157,7 +157,7 @@ TEST_CASE("Estimates of the gain that are not positive are refused and counted",
   BeliefPrior prior = example_prior(1);
   prior.drift[0].mean = 100.0;  // believed to push harder than the probe does
   setup.belief = Belief(prior, 1);
-  const LoopResult result = run(setup);
+  const LoopResult result = run_learning(setup);
   CHECK(result.refused_gain_estimates == 10);
   CHECK(result.belief.gain_points() == 0);
   CHECK(result.status == RunStatus::ok);
@@ -174,7 +174,7 @@ TEST_CASE("A slide with friction is learned to within the thresholds, reaches it
   setup.learner.period = 0.1;
   setup.learner.probing_input = {5.0};  // what is unknown of a, sd up to 0.03, then counts for little in b
   setup.inner_law = {1.0, 2.0};
-  const LoopResult result = run(setup);
+  const LoopResult result = run_learning(setup);
   REQUIRE(result.status == RunStatus::ok);
   CHECK(result.belief.drift_points() > 0);
   CHECK(result.belief.gain_points() > 0);
@@ -192,7 +192,7 @@ TEST_CASE("A slide with friction is learned to within the thresholds, reaches it
   CHECK(std::abs(result.steps.back().position[0] - 0.5) < 1e-2);
 
   setup.belief = result.belief;
-  const LoopResult second = run(setup);
+  const LoopResult second = run_learning(setup);
   const int fresh = result.belief.drift_points() + result.belief.gain_points();
   CHECK(second.belief.drift_points() + second.belief.gain_points() - fresh < fresh);
   CHECK(probes(second).size() < probes(result).size());
@@ -200,22 +200,22 @@ TEST_CASE("A slide with friction is learned to within the thresholds, reaches it
 
 TEST_CASE("Hyper-parameters are tuned when it is said, and tuning at the end does not touch the run", "[sim]") {
   LoopSetup setup = always_probing(Pendulum{}, true, 10, 3);
-  const LoopResult never = run(setup);
+  const LoopResult never = run_learning(setup);
   CHECK(never.tuning_evaluations == 0);
   setup.tuning.when = TuneWhen::at_end;
-  const LoopResult at_end = run(setup);
+  const LoopResult at_end = run_learning(setup);
   CHECK(at_end.tuning_evaluations > 0);
   CHECK(same_steps(never, at_end));
   CHECK(at_end.belief.drift(0).targets() == never.belief.drift(0).targets());
   CHECK(at_end.belief.drift(0).log_marginal_likelihood() > never.belief.drift(0).log_marginal_likelihood());
   setup.tuning.when = TuneWhen::every_sample;
   setup.tuning.every = 1000;  // never reached
-  CHECK(run(setup).tuning_evaluations == 0);
+  CHECK(run_learning(setup).tuning_evaluations == 0);
   setup.tuning.every = 10;  // reached once, by the last sample
-  const LoopResult once = run(setup);
+  const LoopResult once = run_learning(setup);
   CHECK(once.tuning_evaluations > 0);
   setup.tuning.every = 1;
-  const LoopResult each = run(setup);
+  const LoopResult each = run_learning(setup);
   CHECK(each.tuning_evaluations > once.tuning_evaluations);
   CHECK_FALSE(same_steps(each, never));
 }

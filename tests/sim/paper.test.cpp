@@ -16,13 +16,15 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-LoopResult run(const LoopSetup& setup) {
+LoopResult run_paper(const LoopSetup& setup) {
   const LoopResult result = run_loop(setup, random_stream(1, "paper"));
   REQUIRE(result.status == RunStatus::ok);
   return result;
 }
 
-LoopResult proportional(int experiment, double gain) { return run(paper_experiment(experiment, Proportional{gain})); }
+LoopResult proportional(int experiment, double gain) {
+  return run_paper(paper_experiment(experiment, Proportional{gain}));
+}
 
 }  // namespace
 
@@ -56,9 +58,9 @@ TEST_CASE("P100 has the energies to which the integration converges", "[sim][pap
   for (const auto& [experiment, energy] : {std::pair{1, 703.2}, std::pair{2, 12198.5}, std::pair{3, 12198.5}}) {
     LoopSetup setup = paper_experiment(experiment, Proportional{100.0});
     setup.integration = {.relative_tolerance = 1e-8, .absolute_tolerance = 1e-10};
-    const double usual = run(setup).energy;
+    const double usual = run_paper(setup).energy;
     setup.integration = {.relative_tolerance = 1e-12, .absolute_tolerance = 1e-12};
-    const double tight = run(setup).energy;
+    const double tight = run_paper(setup).energy;
     INFO("experiment " << experiment << ": " << usual << ", " << tight);
     CHECK(relative_error(usual, tight) < kConverged);
     CHECK(relative_error(tight, energy) < kPrinted);
@@ -72,7 +74,7 @@ TEST_CASE("The oracle reaches the goal with the least that the paper's settings 
     double energy, error;
   };
   for (const Row& row : {Row{1, 62.7, 25.3}, Row{3, 1530.0, 16.9}}) {
-    const LoopResult result = run(paper_experiment(row.experiment, Oracle{}));
+    const LoopResult result = run_paper(paper_experiment(row.experiment, Oracle{}));
     INFO("experiment " << row.experiment << ": " << result.energy << ", " << result.squared_error);
     CHECK(relative_error(result.energy, row.energy) < kTolerance);
     CHECK(relative_error(result.squared_error, row.error) < kTolerance);
@@ -94,7 +96,7 @@ TEST_CASE("Under the oracle the pendulum moves like the double integrator under 
     setup.control_period = period;
     setup.duration = 5.0;
     double worst = 0.0;
-    for (const LoopStep& step : run(setup).steps)
+    for (const LoopStep& step : run_paper(setup).steps)
       worst = std::max(worst, std::abs(step.position[0] - exact(step.time)));
     INFO("period " << period << ", " << worst);
     CHECK(worst < 10.0 * period);
@@ -109,7 +111,7 @@ TEST_CASE("The right-end sum of u^2 tends to the energy of a continuous controll
   double before = 0.0;
   for (const double step : {1e-3, 5e-4, 2.5e-4}) {
     setup.quadrature_step = step;
-    const LoopResult result = run(setup);
+    const LoopResult result = run_paper(setup);
     const double difference = std::abs(result.energy_riemann - result.energy);
     INFO("step " << step << ", difference " << difference);
     CHECK(difference > 0.0);

@@ -10,6 +10,7 @@
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "support/fuzz.hpp"
+#include "support/text.hpp"
 
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
@@ -61,11 +62,6 @@ std::string example_csv(int rows) {
     text += std::to_string(k / 10) + "." + std::to_string(k % 10) + "," + std::to_string(k) + ",-" + std::to_string(k) +
             "\n";
   }
-  return text;
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  text.replace(text.find(from), from.size(), to);
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include "io/folder.hpp"
 #include "physics/effect.hpp"
 #include "support/fuzz.hpp"
+#include "support/text.hpp"
 
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
@@ -32,20 +33,14 @@ effects: [coulomb_friction, input_delay]
 horizon_s: 0.75
 )";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
-
-DiagnosisSpec read_text(const std::string& text, const Folder& folder = {}) {
+DiagnosisSpec read_spec_text(const std::string& text, const Folder& folder = {}) {
   write_file(folder.path() / "spec.yaml", text);
   return read_diagnosis_spec(folder.path() / "spec.yaml");
 }
 
 /// The message for a spec with one change, without the folder.
 std::string error_with(const std::string& from, const std::string& to) {
-  const std::string message = error_of([&] { read_text(replaced(kSpec, from, to)); });
+  const std::string message = error_of([&] { read_spec_text(replaced(kSpec, from, to)); });
   const std::size_t name = message.find("spec.yaml");
   return name == std::string::npos ? message : message.substr(name);
 }
@@ -58,7 +53,7 @@ void check_at(const std::string& place, const std::string& words, const std::str
 
 TEST_CASE("A spec of a diagnosis has what the file says", "[diagnose]") {
   const Folder folder;
-  const DiagnosisSpec spec = read_text(kSpec, folder);
+  const DiagnosisSpec spec = read_spec_text(kSpec, folder);
   CHECK(spec.name == "pendulum");
   REQUIRE(spec.model.plant.has_value());
   CHECK(*spec.model.plant == Plant(Pendulum{.length = 0.5, .mass = 2.0}));
@@ -92,7 +87,7 @@ TEST_CASE("A spec of a diagnosis and its recording in one folder are read from a
   std::string csv = "t,q,u\n";
   for (int k = 0; k < 10; ++k) csv += std::to_string(k) + ",1000,2\n";
   write_file(folder.path() / "a.csv", csv);
-  const DiagnosisSpec spec = read_text(kSpec, folder);
+  const DiagnosisSpec spec = read_spec_text(kSpec, folder);
   const Measured found = read_recording(spec.recordings[0], spec.signals);
   CHECK(found.samples() == 10);
   CHECK(found.position(0, 0) == 1.1);
@@ -100,7 +95,7 @@ TEST_CASE("A spec of a diagnosis and its recording in one folder are read from a
 }
 
 TEST_CASE("What a spec of a diagnosis leaves out has a default", "[diagnose]") {
-  const DiagnosisSpec spec = read_text(R"(name: x
+  const DiagnosisSpec spec = read_spec_text(R"(name: x
 model: {plant: mass}
 signals: {time: {rate: 250}, position: [q], input: [u]}
 recordings: a.csv
@@ -120,16 +115,16 @@ signals: {time: t, position: q, input: u}
 recordings: [{file: a.csv, simulation: sim/a.csv}]
 )";
   const Folder folder;
-  const DiagnosisSpec spec = read_text(text, folder);
+  const DiagnosisSpec spec = read_spec_text(text, folder);
   CHECK_FALSE(spec.model.plant.has_value());
   CHECK(spec.recordings[0].simulation == folder.path() / "sim" / "a.csv");
-  CHECK_THAT(error_of([&] { read_text(replaced(text, ", simulation: sim/a.csv", "")); }),
+  CHECK_THAT(error_of([&] { read_spec_text(replaced(text, ", simulation: sim/a.csv", "")); }),
              Catch::Contains("spec.yaml:1:1: the spec needs 'model': or a simulation beside every recording"));
-  CHECK_THAT(error_of([&] { read_text(replaced(text, "}]", "}, b.csv]")); }), Catch::Contains("needs 'model'"));
+  CHECK_THAT(error_of([&] { read_spec_text(replaced(text, "}]", "}, b.csv]")); }), Catch::Contains("needs 'model'"));
 }
 
 TEST_CASE("A machine that is written down may be diagnosed", "[diagnose]") {
-  const DiagnosisSpec spec = read_text(R"(name: x
+  const DiagnosisSpec spec = read_spec_text(R"(name: x
 model: {plant: custom, parameters: {k: 1, r: 2}, acceleration: u - k*q - r*v, free: [r]}
 signals: {time: t, position: q, input: u}
 recordings: a.csv
@@ -210,7 +205,7 @@ TEST_CASE("A training file is recognised by another name", "[diagnose]") {
   const Folder folder;
   write_file(folder.path() / "a.csv", "t\n0\n");
   std::filesystem::create_symlink(folder.path() / "a.csv", folder.path() / "c.csv");
-  CHECK_THAT(error_of([&] { read_text(kSpec, folder); }), Catch::Contains("is also a training recording"));
+  CHECK_THAT(error_of([&] { read_spec_text(kSpec, folder); }), Catch::Contains("is also a training recording"));
 }
 
 TEST_CASE("What is free is named once", "[diagnose]") {
@@ -239,12 +234,12 @@ TEST_CASE("Recordings that are not there are told where they are named, with wha
   const std::string spec = replaced(replaced(kSpec, "a.csv", "first.csv"), "b.csv", "secnod.csv");
   write_file(folder.path() / "first.csv", "t,q,u\n");
   write_file(folder.path() / "second.csv", "t,q,u\n");
-  const std::vector<SpecError> missing = missing_files(read_text(spec, folder));
+  const std::vector<SpecError> missing = missing_files(read_spec_text(spec, folder));
   REQUIRE(missing.size() == 2);
   CHECK_THAT(missing[0].what(),
              Catch::Contains("spec.yaml:10:25: there is no file '") && Catch::EndsWith("did you mean 'second.csv'?"));
   CHECK_THAT(missing[1].what(), Catch::Contains("spec.yaml:11:") && Catch::Contains("c.csv"));
   write_file(folder.path() / "secnod.csv", "");
   write_file(folder.path() / "c.csv", "");
-  CHECK(missing_files(read_text(spec, folder)).empty());
+  CHECK(missing_files(read_spec_text(spec, folder)).empty());
 }
