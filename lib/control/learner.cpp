@@ -58,7 +58,11 @@ int absorb(Belief& belief, const Learner& learner, const Probe& probe, const Der
     Posterior& gain = belief.gain(i, j);
     const double target = i == j ? std::log(estimate[i]) : estimate[i];
     const double propagated = i == j ? variance[i] / (estimate[i] * estimate[i]) : variance[i];
-    gain.extend(x, target, learner.gain_noise == GainNoise::propagated ? propagated : gain.prior().noise_variance);
+    if (learner.gain_noise == GainNoise::propagated) {
+      gain.extend(x, target, propagated);
+    } else {
+      gain.extend(x, target);
+    }
   }
   return 0;
 }

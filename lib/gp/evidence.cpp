@@ -51,8 +51,8 @@ Evidence evidence(const GaussianProcess& prior, const Posterior& data) {
   // One pass over the kernel for its values, the factorisation, then a second pass for the derivatives: the weights of
   // the derivatives are known only after the factorisation, and keeping all derivatives would take O(n^2) memory each.
   Eigen::MatrixXd covariance(n, n);
-  const double diagonal = variance(prior.kernel) + prior.noise_variance;
-  covariance.diagonal().setConstant(diagonal);
+  const double prior_variance = variance(prior.kernel);
+  for (int i = 0; i < n; ++i) covariance(i, i) = prior_variance + data.noise_variance_under(prior, i);
   BlockArray k;
   for_each_block(data.inputs(), [&](int j, int first, const InputBlock& block, const double* x) {
     evaluate(prior.kernel, block, x, k);
@@ -83,7 +83,9 @@ Evidence evidence(const GaussianProcess& prior, const Posterior& data) {
   differentiate(prior.kernel, one, origin.data(), k, gradient);
   const double trace = weights.trace();
   result.gradient.head(parameters - 1) += 0.5 * trace * gradient.row(0).transpose().matrix();
-  result.gradient[parameters - 1] = 0.5 * trace * prior.noise_variance;
+  double noise_trace = 0.0;  // over the samples whose noise is the prior's
+  for (int i = 0; i < n; ++i) noise_trace += data.has_own_noise(i) ? 0.0 : weights(i, i);
+  result.gradient[parameters - 1] = 0.5 * noise_trace * prior.noise_variance;
   return result;
 }
 

@@ -18,7 +18,8 @@ struct Evidence {
 std::vector<std::string> evidence_parameters(const GaussianProcess& prior);
 
 /// log p(y | X) and its analytic gradient (Rasmussen & Williams 2006, Eq. 5.9), O(n^3). Throws NumericalError if the
-/// covariance is not positive definite. Takes inputs and targets from `data`; noise is the prior's for every sample.
+/// covariance is not positive definite. Takes inputs and targets from `data`; the noise is the prior's but for samples
+/// that came with their own.
 Evidence evidence(const GaussianProcess& prior, const Posterior& data);
 
 /// Bounds on the hyper-parameters; a parameter whose bounds coincide is fixed there, an infinite length scale stays.

@@ -31,6 +31,7 @@ void Posterior::reserve(int samples) {
   inputs_.reserve(samples);
   targets_.reserve(samples);
   noise_variances_.reserve(samples);
+  own_noise_.reserve(samples);
   z_.reserve(rounded_up(samples, GrowingCholesky::kPanel));
   factor_.reserve(samples);
   scratch(rounded_up(samples, GrowingCholesky::kPanel) + GrowingCholesky::kPanel);
@@ -49,9 +50,13 @@ double* Posterior::covariances(std::span<const double> x) const {
   return k;
 }
 
-void Posterior::extend(std::span<const double> x, double y) { extend(x, y, prior_.noise_variance); }
+void Posterior::extend(std::span<const double> x, double y) { absorb(x, y, prior_.noise_variance, false); }
 
 void Posterior::extend(std::span<const double> x, double y, double noise_variance) {
+  absorb(x, y, noise_variance, true);
+}
+
+void Posterior::absorb(std::span<const double> x, double y, double noise_variance, bool own_noise) {
   if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("a sample of another dimension");
   double rest = y - prior_.prior_mean(x);  // before the scratch buffer is in use: the mean may be another posterior's
   bool finite = std::isfinite(rest) && std::isfinite(noise_variance) && noise_variance >= 0.0;
@@ -68,6 +73,7 @@ void Posterior::extend(std::span<const double> x, double y, double noise_varianc
   inputs_.append(x.data());
   targets_.push_back(y);
   noise_variances_.push_back(noise_variance);
+  own_noise_.push_back(own_noise);
 }
 
 Marginal Posterior::predict(std::span<const double> x) const {
@@ -96,14 +102,31 @@ Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs,
   posterior.reserve(static_cast<int>(targets.size()));
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const Eigen::VectorXd x = inputs.row(i);
-    posterior.extend({x.data(), static_cast<std::size_t>(x.size())}, targets[i],
-                     noise_variances.empty() ? prior.noise_variance : noise_variances[i]);
+    const std::span<const double> point(x.data(), static_cast<std::size_t>(x.size()));
+    if (noise_variances.empty()) {
+      posterior.extend(point, targets[i]);
+    } else {
+      posterior.extend(point, targets[i], noise_variances[i]);
+    }
   }
   return posterior;
 }
 
 Posterior condition(const GaussianProcess& prior, const Posterior& data) {
-  return condition(prior, data.inputs().points(), data.targets());
+  Posterior posterior(prior, data.dimension());
+  posterior.reserve(data.size());
+  const Eigen::MatrixXd points = data.inputs().points();
+  for (int i = 0; i < data.size(); ++i) {
+    const Eigen::VectorXd x = points.row(i);
+    const std::span<const double> point(x.data(), static_cast<std::size_t>(x.size()));
+    const double y = data.targets()[static_cast<std::size_t>(i)];
+    if (data.has_own_noise(i)) {
+      posterior.extend(point, y, data.noise_variance_under(prior, i));
+    } else {
+      posterior.extend(point, y);
+    }
+  }
+  return posterior;
 }
 
 Marginal exponential_of(const Marginal& log_value) {

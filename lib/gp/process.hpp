@@ -64,6 +64,13 @@ class Posterior {
   const std::vector<double>& targets() const { return targets_; }
   const std::vector<double>& noise_variances() const { return noise_variances_; }
 
+  /// Noise variance of a sample under another prior: the sample's own, if it came with one, else that prior's.
+  double noise_variance_under(const GaussianProcess& prior, int sample) const {
+    const auto slot = static_cast<std::size_t>(sample);
+    return own_noise_[slot] ? noise_variances_[slot] : prior.noise_variance;
+  }
+  bool has_own_noise(int sample) const { return own_noise_[static_cast<std::size_t>(sample)]; }
+
   /// Makes room, so that absorbing up to `samples` points allocates nothing.
   void reserve(int samples);
 
@@ -80,6 +87,8 @@ class Posterior {
   double log_marginal_likelihood() const;
 
  private:
+  void absorb(std::span<const double> x, double y, double noise_variance, bool own_noise);
+
   /// k(x, X), padded with zeros, in a scratch buffer of the calling thread.
   double* covariances(std::span<const double> x) const;
 
@@ -88,7 +97,8 @@ class Posterior {
   Inputs inputs_;
   std::vector<double> targets_;
   std::vector<double> noise_variances_;
-  std::vector<double> z_;  // padded with zeros
+  std::vector<char> own_noise_;  // whether a sample came with its noise variance
+  std::vector<double> z_;        // padded with zeros
   GrowingCholesky factor_;
 };
 
@@ -97,7 +107,7 @@ class Posterior {
 Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::span<const double> targets,
                     std::span<const double> noise_variances = {});
 
-/// The same data under another prior.
+/// The same data under another prior; samples that came with a noise variance of their own keep it.
 Posterior condition(const GaussianProcess& prior, const Posterior& data);
 
 /// Mean of exp(f) for f ~ N(m, s2): exp(m + s2/2) (the paper's mean of b). Variance: exp(2m + s2)(exp(s2) - 1); the

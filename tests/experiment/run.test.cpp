@@ -112,6 +112,19 @@ TEST_CASE("Data that another prior cannot hold make the follower's row failed, n
   CHECK_THAT(outcome.find("SP2")->result.reason, Catch::Contains("is not positive definite"));
 }
 
+TEST_CASE("Data taken over under another prior keep the noise that was propagated with each sample", "[experiment]") {
+  const std::string no_learning =
+      "{period: 0.1, drift_threshold: 1e6, gain_threshold: 1e6, probing_input: 3, gain_noise: propagated}";
+  const StudyOutcome outcome =
+      run_one(slide({"learner.gain_noise=propagated",
+                     "controllers.SP2={type: adaptive, trained_from: SP1, keep_hyper_parameters: false, learner: " +
+                         no_learning + "}"}));
+  const std::vector<double>& first = outcome.find("SP1")->result.belief.gain(0, 0).noise_variances();
+  REQUIRE(first.size() > 1);
+  CHECK(first.front() != first.back());
+  CHECK(outcome.find("SP2")->result.belief.gain(0, 0).noise_variances() == first);
+}
+
 TEST_CASE("A diverging run is a row with the reason, and the other rows are as without it", "[experiment]") {
   const StudyOutcome outcome = run_one(slide(unstable()));
   const Outcome& oracle = *outcome.find("oracle");

@@ -99,6 +99,22 @@ TEST_CASE("The evidence is that of the prior asked about, not of the one that th
   CHECK(condition(second, data).noise_variances() == std::vector<double>(30, 0.3));
 }
 
+TEST_CASE("Samples with a noise of their own count with it, in the evidence and in its gradient", "[gp]") {
+  GaussianProcess prior = process_with(example_kernels(2).front().second, 1e-2);
+  const Eigen::MatrixXd inputs = random_points(20, 2, 2.0, 53);
+  const std::vector<double> targets = smooth_at(inputs);
+  Posterior data(prior, 2);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::VectorXd x = inputs.row(i);
+    const double y = targets[static_cast<std::size_t>(i)];
+    i % 3 == 0 ? data.extend({x.data(), 2}, y, 0.3) : data.extend({x.data(), 2}, y);
+  }
+  CHECK(relative_error(evidence(prior, data).value, data.log_marginal_likelihood(), 1.0) < kRoundOff);
+  check_gradient(prior, data);
+  prior.noise_variance = 0.2;
+  CHECK(relative_error(evidence(prior, data).value, condition(prior, data).log_marginal_likelihood(), 1.0) < kRoundOff);
+}
+
 TEST_CASE("Without data the evidence is one, whatever the parameters", "[gp]") {
   const GaussianProcess prior = process_with({SquaredExponential{}}, 1e-2);
   const Evidence result = evidence(prior, Posterior(prior, 2));

@@ -122,6 +122,25 @@ TEST_CASE("Each sample may have its own noise", "[gp]") {
   CHECK(condition(prior, inputs, targets, noises).noise_variances() == noises);
 }
 
+TEST_CASE("Under another prior samples keep their own noise, and the others take the new prior's", "[gp]") {
+  const Eigen::MatrixXd inputs = random_points(20, 2, 2.0, 37);
+  const std::vector<double> targets = smooth_at(inputs);
+  const GaussianProcess before = process_with(plain(), 0.5);
+  GaussianProcess after = process_with(plain(), 0.5);
+  after.noise_variance = 7.0 * before.noise_variance;
+  Posterior data(before, 2);
+  std::vector<double> noises;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::VectorXd x = inputs.row(i);
+    const double own = std::pow(10.0, -3.0 + 0.1 * i), y = targets[static_cast<std::size_t>(i)];
+    noises.push_back(i % 2 == 0 ? own : after.noise_variance);
+    i % 2 == 0 ? data.extend({x.data(), 2}, y, own) : data.extend({x.data(), 2}, y);
+  }
+  const Posterior again = condition(after, data);
+  CHECK(again.noise_variances() == noises);
+  check_against_dense(again, DenseProcess(after, inputs, targets, noises));
+}
+
 TEST_CASE("The prior's mean is constant, a function, or both", "[gp]") {
   const Eigen::MatrixXd inputs = random_points(25, 2, 2.0, 37);
   const std::vector<double> targets = smooth_at(inputs), noises(25, 1e-2);
