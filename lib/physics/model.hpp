@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "physics/discrepancy/remainder.hpp"
 #include "physics/effect.hpp"
 #include "physics/plant.hpp"
-#include "physics/remainder.hpp"
 
 namespace bayesctrl {
 

@@ -5,6 +5,7 @@
 #include "io/emit.hpp"
 #include "io/read.hpp"
 #include "io/schema.hpp"
+#include "spec/remainder.hpp"
 
 namespace bayesctrl {
 
@@ -59,65 +60,6 @@ Effect read_effect(const Node& node, int joint_count) {
     throw SpecError(node.where, "coupling_torque needs a plant of several joints");
   }
   return effect;
-}
-
-/// What a remainder is in specs; joints count from 1.
-struct RegionNotation : Remainder::Region {
-  static void fields(auto& self, auto&& field) {
-    field("lowest", self.lowest, {kAny, "rad or m", "position"});
-    field("highest", self.highest, {kAny, "rad or m", "position"});
-    field("speed", self.speed, {kAny, "rad/s or m/s", "largest that was seen"});
-    field("input", self.input, {kAny, "unit of u", "largest that was seen"});
-    field("torque", self.torque, {kAny, "N m or N", "largest that is given"});
-  }
-};
-
-struct TermNotation : Term {
-  static void fields(auto& self, auto&& field) {
-    field("kind", self.kind, {.text = "form of the term", .required = true});
-    field("joint", self.joint, {between(1, kMaxJoints), "", "counted from 1"});
-    field("a", self.a, {.text = "first number of the form"});
-    field("b", self.b, {.text = "second number of the form"});
-    field("c", self.c, {.text = "third number of the form"});
-    field("d", self.d, {.text = "fourth number of the form"});
-    field("weight", self.weight, {kAny, "N m or N", ""});
-  }
-};
-
-struct RemainderNotation {
-  static constexpr std::string_view kName = "remainder";
-  std::vector<RegionNotation> regions;
-  std::vector<TermNotation> terms;
-
-  static void fields(auto& self, auto&& field) {
-    field("regions", self.regions, {.text = "of each joint, what the recordings have shown"});
-    field("terms", self.terms, {.text = "whose sum is the torque"});
-  }
-};
-
-Remainder read_remainder(const Node& node, int joint_count) {
-  RemainderNotation notation;
-  detail::read_node(node, "remainder", Info{}, notation);
-  Remainder remainder{{notation.terms.begin(), notation.terms.end()},
-                      {notation.regions.begin(), notation.regions.end()}};
-  for (Term& term : remainder.terms) {
-    if (term.joint > joint_count) {
-      throw SpecError(node.where, "remainder has a term in joint " + std::to_string(term.joint) + " of " +
-                                      std::to_string(joint_count));
-    }
-    term.joint -= 1;
-  }
-  return remainder;
-}
-
-nlohmann::ordered_json remainder_json(const Remainder& remainder) {
-  RemainderNotation notation;
-  for (const Remainder::Region& region : remainder.regions) notation.regions.push_back({region});
-  for (const Term& term : remainder.terms) {
-    notation.terms.push_back({term});
-    notation.terms.back().joint += 1;
-  }
-  return to_json(notation);
 }
 
 nlohmann::ordered_json effect_schema(detail::Definitions& definitions) {
@@ -225,8 +167,7 @@ nlohmann::ordered_json schema_value(const Model*, detail::Definitions& definitio
 nlohmann::ordered_json model_schema(detail::Definitions& definitions) {
   const nlohmann::ordered_json effect =
       definitions.once<EffectForm>("effect", [&] { return effect_schema(definitions); });
-  const nlohmann::ordered_json remainder = definitions.once<RemainderNotation>(
-      "remainder", [&] { return detail::object_schema<RemainderNotation>(definitions); });
+  const nlohmann::ordered_json remainder = remainder_schema(definitions);
   std::vector<nlohmann::ordered_json> choices;
   for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class P>(const P& plant) {
     nlohmann::ordered_json choice = detail::empty_object_schema();

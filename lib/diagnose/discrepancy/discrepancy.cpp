@@ -95,8 +95,9 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
             const double q = 0.5 * (path.position(k, j) + path.position(k + 1, j));
             const double v = 0.5 * (path.velocity(k, j) + path.velocity(k + 1, j));
             const double u = input_at(data[r], slot, 0.5)[j];
-            values[k] = term.value(q, v, u, data[r].time[slot] + 0.5 * h, memory);
-            memory = term.remembered(memory, q, v, u, h);
+            const Instant at{q, v, u, data[r].time[slot] + 0.5 * h};
+            values[k] = term.value(at, memory);
+            memory = term.remembered(memory, at, h);
           }
         }
         squares[i] += values.squaredNorm();
@@ -106,14 +107,14 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
     }
     group.columns = about.response->responses(accelerations);
     // Unit weights: together an RMS of 20 % of the nominal torque. Bumps share one unit, so that those where hardly any
-    // motion passed stay small; terms of different kinds, or of different forms, have each their own.
+    // motion passed stay small; terms of different bases, or laws, have each their own.
     const bool all_differ =
         group.use == TermUse::law || (group.cause == Cause::history && group.use == TermUse::compare);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const auto kind = group.terms[static_cast<std::size_t>(i)].kind;
+      const std::size_t basis = group.terms[static_cast<std::size_t>(i)].basis.index();
       double sum = 0.0, alike = 0.0;
       for (Eigen::Index k = 0; k < count; ++k) {
-        if (group.terms[static_cast<std::size_t>(k)].kind != kind || (all_differ && k != i)) continue;
+        if (group.terms[static_cast<std::size_t>(k)].basis.index() != basis || (all_differ && k != i)) continue;
         sum += squares[k];
         alike += 1.0;
       }

@@ -1,7 +1,6 @@
 #include "diagnose/discrepancy/term_groups.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 namespace bayesctrl {
@@ -24,19 +23,16 @@ constexpr double kSlow = 0.01;  // of the highest speed: dry friction is smooth 
 
 using Terms = std::vector<Term>;
 
-Terms bumps(TermKind kind, int joint, double low, double high, int count, int recording = -1) {
+/// Bell curves over one quantity, a step wide and a step apart. `more`: their other parameters.
+template <class B>
+Terms bells(int joint, double low, double high, int count, auto... more) {
   const double step = std::max(high - low, 1e-9) / (count - 1);
   Terms list;
-  for (int i = 0; i < count; ++i) list.push_back({kind, joint, recording, low + i * step, step});
+  for (int i = 0; i < count; ++i) list.push_back({B{low + i * step, step, more...}, joint});
   return list;
 }
 
 void append(Terms& list, const Terms& more) { list.insert(list.end(), more.begin(), more.end()); }
-
-Terms with_c(Terms list, double c) {
-  for (Term& term : list) term.c = c;
-  return list;
-}
 
 /// Between what the motion of one joint mostly is: a pendulum that turned over once has a wide range.
 std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::MatrixXd Trajectory::*of, int joint) {
@@ -53,84 +49,87 @@ std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::M
 }
 
 Terms velocity_terms(const Survey& s, int joint) {
-  Terms list = bumps(TermKind::bump_velocity, joint, -s.speed, s.speed, kBumps);
-  for (const double part : {0.005, 0.03, 0.15}) list.push_back({TermKind::sign_velocity, joint, -1, part * s.speed});
+  Terms list = bells<BumpVelocity>(joint, -s.speed, s.speed, kBumps);
+  for (const double part : {0.005, 0.03, 0.15}) list.push_back({SignVelocity{part * s.speed}, joint});
   return list;
 }
 
 Terms input_terms(const Survey& s, int joint) {
-  Terms list = bumps(TermKind::bump_input, joint, -s.input, s.input, kBumps);
-  for (const double part : {0.01, 0.1}) list.push_back({TermKind::sign_input, joint, -1, part * s.input});
+  Terms list = bells<BumpInput>(joint, -s.input, s.input, kBumps);
+  for (const double part : {0.01, 0.1}) list.push_back({SignInput{part * s.input}, joint});
   return list;
 }
 
 /// Quick in what all recordings share, slow in each one alone.
 Terms time_terms(const Survey& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  Terms list = bumps(TermKind::bump_time, joint, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
+  Terms list = bells<BumpTime>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
   for (std::size_t r = 0; r < s.durations.size(); ++r) {
-    append(list, bumps(TermKind::bump_time, joint, 0.0, s.durations[r],
-                       std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1), static_cast<int>(r)));
+    const int count = std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1);
+    Terms slow = bells<BumpTime>(joint, 0.0, s.durations[r], count);
+    for (Term& term : slow) term.recording = static_cast<int>(r);
+    append(list, slow);
   }
   return list;
 }
 
 /// A gain or a drag that changes in time, alike in all recordings.
-Terms changing_terms(TermKind kind, const Survey& s, int joint) {
+template <class B>
+Terms changing_terms(const Survey& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  return bumps(kind, joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
+  return bells<B>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
 }
 
-/// What a term of the past is compared with: beside it, as a term of its own, the past may act alone.
-std::optional<TermKind> present(TermKind past) {
-  switch (past) {
-    case TermKind::late_input:
-      return TermKind::power_input;
-    case TermKind::late_velocity:
-      return TermKind::power_velocity;
-    case TermKind::late_position:
-      return TermKind::power_position;
-    default:
-      return {};
-  }
+/// With several time constants. `more`: the other parameters.
+template <class B>
+Terms slow_terms(int joint, auto... more) {
+  Terms list;
+  for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) list.push_back({B{tau, more...}, joint});
+  return list;
+}
+
+/// The same of what lags behind a quantity; beside it the quantity itself, so that the past may act alone.
+template <Quantity kOf>
+Terms late_terms(int joint) {
+  Terms list = slow_terms<Late<kOf>>(joint);
+  list.push_back({Power<kOf>{.exponent = 1.0, .odd = true}, joint});
+  return list;
 }
 
 /// What the past leaves behind, each in one form.
 std::vector<Terms> histories(const Survey& s, int joint) {
   std::vector<Terms> list;
-  const auto add = [&](TermKind kind, double b = 1.0) {
-    Terms& terms = list.emplace_back();
-    for (const double tau : {0.03, 0.1, 0.3, 1.0, 3.0}) terms.push_back({kind, joint, -1, tau, b});
-    if (const auto now = present(kind)) terms.push_back({*now, joint, -1, 1.0, 1.0});
-  };
   if (s.input > 0.0) {
-    add(TermKind::late_input);
-    add(TermKind::warm_motor);
+    list.push_back(late_terms<Quantity::input>(joint));
+    list.push_back(slow_terms<WarmMotor>(joint));
   }
-  add(TermKind::late_velocity);
-  add(TermKind::late_position);
-  add(TermKind::warm_viscous);
-  add(TermKind::warm_dry, kSlow * s.speed);
-  add(TermKind::reversal, kSlow * s.speed);
+  list.push_back(late_terms<Quantity::velocity>(joint));
+  list.push_back(late_terms<Quantity::position>(joint));
+  list.push_back(slow_terms<WarmViscous>(joint));
+  list.push_back(slow_terms<WarmDry>(joint, kSlow * s.speed));
+  list.push_back(slow_terms<Reversal>(joint, kSlow * s.speed));
   Terms& plays = list.emplace_back();
   for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
-    plays.push_back({TermKind::play, joint, -1, part * (s.highest - s.lowest)});
+    plays.push_back({Play{part * (s.highest - s.lowest)}, joint});
   }
   return list;
 }
 
-/// Of one input, or of the position times something else: |x|^a, even and odd.
-Terms powers(TermKind kind, int joint, std::initializer_list<std::pair<double, bool>> exponents, double c = 0.0) {
+/// Of one quantity, or of the position times something else: |x|^exponent, even and odd. `more`: other parameters.
+template <class B>
+Terms powers(int joint, std::initializer_list<std::pair<double, bool>> exponents, auto... more) {
   Terms list;
-  for (const auto& [a, odd] : exponents) list.push_back({kind, joint, -1, a, odd ? 1.0 : 0.0, c});
+  for (const auto& [exponent, odd] : exponents) list.push_back({B{exponent, odd, more...}, joint});
   return list;
 }
 
 /// Linear from a threshold on, on either side.
-Terms hinges(TermKind kind, int joint, double most) {
+template <class B>
+Terms hinges(int joint, double most) {
   Terms list;
   for (const double part : {0.0, 0.05, 0.1, 0.2, 0.35, 0.55}) {
-    for (const double side : {-1.0, 1.0}) list.push_back({kind, joint, -1, side * part * most, side});
+    list.push_back({B{-part * most, Side::below}, joint});
+    list.push_back({B{part * most, Side::above}, joint});
   }
   return list;
 }
@@ -140,24 +139,26 @@ Terms state_terms(const Survey& s, int joint) {
   Terms list;
   for (int a = 0; a < kStateBumps; ++a) {
     for (int b = 0; b < kStateBumps; ++b) {
-      list.push_back({TermKind::bump_state, joint, -1, s.lowest + a * dq, dq, -s.speed + b * dv, dv});
+      list.push_back({BumpState{s.lowest + a * dq, dq, -s.speed + b * dv, dv}, joint});
     }
   }
   return list;
 }
 
 /// Low-passed functions of what was between -most and most.
-Terms past_terms(TermKind kind, int joint, double most) {
+template <class B>
+Terms past_terms(int joint, double most) {
   Terms list;
-  for (const double tau : {0.1, 0.3, 1.0}) append(list, with_c(bumps(kind, joint, -most, most, kPastBumps), tau));
+  for (const double tau : {0.1, 0.3, 1.0}) append(list, bells<B>(joint, -most, most, kPastBumps, tau));
   return list;
 }
 
 /// The same of functions that saturate: few, and known beyond what was seen.
-Terms late_terms(TermKind kind, int joint, double most) {
+template <class B>
+Terms late_sign_terms(int joint, double most) {
   Terms list;
   for (const double tau : {0.1, 0.3, 1.0}) {
-    for (const double part : {0.1, 0.3, 1.0}) list.push_back({kind, joint, -1, part * most, 1.0, tau});
+    for (const double part : {0.1, 0.3, 1.0}) list.push_back({B{part * most, tau}, joint});
   }
   return list;
 }
@@ -168,19 +169,20 @@ Terms relay_terms(const Survey& s, int joint) {
   Terms list;
   for (const double part : {0.03, 0.08, 0.15, 0.25, 0.35}) {
     for (int i = 1; i < kRelays; ++i) {
-      list.push_back({TermKind::relay, joint, -1, s.lowest + i * step, 0.25 * step, part * range});
+      list.push_back({Relay{.centre = s.lowest + i * step, .width = 0.25 * step, .half_gap = part * range}, joint});
     }
   }
   return list;
 }
 
 /// Masses on springs that the joint carries along, or that the input drives.
-Terms swing_terms(TermKind kind, TermKind beside, int joint) {
+template <Quantity kOf>
+Terms swing_terms(int joint) {
   Terms list;
   for (const auto& [damping, ratio] : {std::pair{0.04, 1.12}, {0.25, 1.5}}) {
     for (double frequency = kSlowestSwing; frequency < kFastestSwing; frequency *= ratio) {
-      list.push_back({kind, joint, -1, frequency, damping});
-      list.push_back({beside, joint, -1, frequency, damping});
+      list.push_back({Swing<kOf, PointerPart::real>{frequency, damping}, joint});
+      list.push_back({Swing<kOf, PointerPart::imaginary>{frequency, damping}, joint});
     }
   }
   return list;
@@ -189,9 +191,7 @@ Terms swing_terms(TermKind kind, TermKind beside, int joint) {
 /// Input that follows at limited rates.
 Terms slew_terms(const Survey& s, int joint) {
   Terms list;
-  for (const double rate : {1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) {
-    list.push_back({TermKind::slew_input, joint, -1, rate * s.input});
-  }
+  for (const double rate : {1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) list.push_back({Slew{rate * s.input}, joint});
   return list;
 }
 
@@ -204,7 +204,7 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
   };
   using enum TermUse;
   const bool driven = s.input > 0.0;
-  add(Cause::position, compare, bumps(TermKind::bump_position, joint, s.lowest, s.highest, kBumps));
+  add(Cause::position, compare, bells<BumpPosition>(joint, s.lowest, s.highest, kBumps));
   add(Cause::velocity, compare, velocity_terms(s, joint));
   if (driven) add(Cause::input, compare, input_terms(s, joint));
   add(Cause::time, compare, time_terms(s, joint));
@@ -213,48 +213,46 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
   for (const Terms& form : forms) append(history, form);
   add(Cause::history, compare, history);
   add(Cause::velocity, rich, state_terms(s, joint));
-  add(Cause::velocity, rich, bumps(TermKind::position_drag, joint, s.lowest, s.highest, kProductBumps));
-  add(Cause::velocity, rich,
-      with_c(bumps(TermKind::position_dry, joint, s.lowest, s.highest, kProductBumps), kSlow * s.speed));
+  add(Cause::velocity, rich, bells<PositionDrag>(joint, s.lowest, s.highest, kProductBumps));
+  add(Cause::velocity, rich, bells<PositionDry>(joint, s.lowest, s.highest, kProductBumps, kSlow * s.speed));
   if (driven) {
-    add(Cause::input, rich, bumps(TermKind::position_gain, joint, s.lowest, s.highest, kProductBumps));
-    add(Cause::input, rich, bumps(TermKind::velocity_gain, joint, -s.speed, s.speed, kProductBumps));
-    add(Cause::input, rich, bumps(TermKind::bump_input, joint, -s.input, s.input, kFineBumps));
-    add(Cause::time, rich, changing_terms(TermKind::time_gain, s, joint));
-    add(Cause::history, rich, past_terms(TermKind::past_input, joint, s.input));
-    add(Cause::history, rich, late_terms(TermKind::late_push, joint, s.input));
-    add(Cause::history, rich, swing_terms(TermKind::ring_input, TermKind::ring_beside, joint));
+    add(Cause::input, rich, bells<PositionGain>(joint, s.lowest, s.highest, kProductBumps));
+    add(Cause::input, rich, bells<VelocityGain>(joint, -s.speed, s.speed, kProductBumps));
+    add(Cause::input, rich, bells<BumpInput>(joint, -s.input, s.input, kFineBumps));
+    add(Cause::time, rich, changing_terms<TimeGain>(s, joint));
+    add(Cause::history, rich, past_terms<PastInput>(joint, s.input));
+    add(Cause::history, rich, late_sign_terms<LatePush>(joint, s.input));
+    add(Cause::history, rich, swing_terms<Quantity::input>(joint));
   }
-  add(Cause::time, rich, changing_terms(TermKind::time_drag, s, joint));
-  add(Cause::history, rich, past_terms(TermKind::past_velocity, joint, s.speed));
-  add(Cause::history, rich, late_terms(TermKind::late_drag, joint, s.speed));
+  add(Cause::time, rich, changing_terms<TimeDrag>(s, joint));
+  add(Cause::history, rich, past_terms<PastVelocity>(joint, s.speed));
+  add(Cause::history, rich, late_sign_terms<LateDrag>(joint, s.speed));
   add(Cause::history, rich, relay_terms(s, joint));
-  add(Cause::history, rich, swing_terms(TermKind::swing, TermKind::swing_beside, joint));
+  add(Cause::history, rich, swing_terms<Quantity::position>(joint));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
-  add(Cause::position, rich, bumps(TermKind::bump_position, joint, left, right, kFineBumps));
+  add(Cause::position, rich, bells<BumpPosition>(joint, left, right, kFineBumps));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);
-  add(Cause::velocity, rich, bumps(TermKind::bump_velocity, joint, slowest, quickest, kFineBumps));
+  add(Cause::velocity, rich, bells<BumpVelocity>(joint, slowest, quickest, kFineBumps));
 
   for (const Terms& form : forms) add(Cause::history, law, form);
   add(Cause::position, law,
-      powers(TermKind::power_position, joint, {{0, false}, {1, true}, {1, false}, {2, true}, {2, false}, {3, true}}));
+      powers<PowerPosition>(joint, {{0, false}, {1, true}, {1, false}, {2, true}, {2, false}, {3, true}}));
   add(Cause::velocity, law,
-      powers(TermKind::power_velocity, joint,
-             {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
-  groups.back().terms.push_back({TermKind::sign_velocity, joint, -1, kSlow * s.speed});
+      powers<PowerVelocity>(joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
+  groups.back().terms.push_back({SignVelocity{kSlow * s.speed}, joint});
   const auto with_position = {std::pair{0.0, false}, {1.0, true}, {1.0, false}, {2.0, false}};
-  add(Cause::velocity, law, hinges(TermKind::hinge_velocity, joint, s.speed));
-  Terms drags = powers(TermKind::power_drag, joint, with_position, 1.0);
-  append(drags, powers(TermKind::power_drag, joint, {{0, true}, {1, true}}));
+  add(Cause::velocity, law, hinges<HingeVelocity>(joint, s.speed));
+  Terms drags = powers<PowerDrag>(joint, with_position, true);
+  append(drags, powers<PowerDrag>(joint, {{0, true}, {1, true}}, false));
   add(Cause::velocity, law, drags);
-  add(Cause::velocity, law, powers(TermKind::power_dry, joint, with_position, kSlow * s.speed));
+  add(Cause::velocity, law, powers<PowerDry>(joint, with_position, kSlow * s.speed));
   if (driven) {
     add(Cause::input, law,
-        powers(TermKind::power_input, joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
-    groups.back().terms.push_back({TermKind::sign_input, joint, -1, kSlow * s.input});
+        powers<PowerInput>(joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
+    groups.back().terms.push_back({SignInput{kSlow * s.input}, joint});
     add(Cause::history, law, slew_terms(s, joint));
-    add(Cause::input, law, hinges(TermKind::hinge_input, joint, s.input));
-    add(Cause::input, law, powers(TermKind::power_gain, joint, with_position));
+    add(Cause::input, law, hinges<HingeInput>(joint, s.input));
+    add(Cause::input, law, powers<PowerGain>(joint, with_position));
   }
   return groups;
 }

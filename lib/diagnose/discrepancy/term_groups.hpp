@@ -1,10 +1,17 @@
 #pragma once
 
+#include <array>
+#include <string_view>
+
 #include "diagnose/motion/smoother.hpp"
+#include "physics/discrepancy/remainder.hpp"
 #include "physics/effect.hpp"
-#include "physics/remainder.hpp"
 
 namespace bayesctrl {
+
+/// On what a torque may depend.
+enum class Cause { position, velocity, input, time, history };
+constexpr std::array<std::string_view, 5> names(Cause) { return {"position", "velocity", "input", "time", "history"}; }
 
 /// What terms are for.
 enum class TermUse {

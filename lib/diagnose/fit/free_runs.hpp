@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "diagnose/fit/fit.hpp"
-#include "physics/remainder.hpp"
+#include "physics/discrepancy/remainder.hpp"
 
 namespace bayesctrl {
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "base/vector.hpp"
+#include "physics/discrepancy/remainder_sum.hpp"
 #include "physics/effect.hpp"
 #include "physics/machine/drive.hpp"
 #include "physics/plant.hpp"
-#include "physics/remainder_sum.hpp"
 
 namespace bayesctrl {
 

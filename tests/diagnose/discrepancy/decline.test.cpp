@@ -80,18 +80,18 @@ TEST_CASE("A law of few numbers holds where the machine is driven harder than in
     CHECK(errors.after < 0.2 * errors.before);
   }
   SECTION("history") {  // a spring behind a damper: m - v, m' = (v - m) / 0.5
-    const Remainder element{{{TermKind::late_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, 0.4}}, {}};
+    const Remainder element{{{LateVelocity{.time_constant = 0.5}, 0, -1, 0.4}}, {}};
     const Errors errors = on_fresh(Machine(kPendulum, {}, element), kStrength);
     CHECK(errors.before > 10.0 * testing::kPendulumNoise);
     CHECK(errors.after < 0.2 * errors.before);
   }
   SECTION("history of the input") {
-    const Term swings{TermKind::ring_input, 0, -1, 15.0, 0.12};  // a belt
-    const Term leaks{TermKind::late_input, 0, -1, 0.8, 1.0, 0.0, 1.0, -0.3};
-    const Term now{TermKind::power_input, 0, -1, 1.0, 1.0, 0.0, 1.0, -0.3};
-    const Term slow{TermKind::slew_input, 0, -1, 8.0};
+    const Term swings{RingInput{.frequency = 15.0, .damping = 0.12}};  // a belt
+    const Term leaks{LateInput{.time_constant = 0.8}, 0, -1, -0.3};
+    const Term now{PowerInput{.exponent = 1.0, .odd = true}, 0, -1, -0.3};
+    const Term slow{Slew{.rate = 8.0}};
     const Remainder drive = GENERATE_COPY(Remainder{{swings}, {}}, Remainder{{leaks, now}, {}}, Remainder{{slow}, {}});
-    INFO(names(TermKind{})[static_cast<std::size_t>(drive.terms.front().kind)]);
+    INFO(name_of(drive.terms.front().basis));
     const Errors errors = on_fresh(Machine(kPendulum, {}, drive), kStrength);
     CHECK(errors.before > 10.0 * testing::kPendulumNoise);
     CHECK(errors.after < 0.2 * errors.before);

@@ -3,13 +3,13 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "physics/remainder.hpp"
+#include "physics/discrepancy/remainder.hpp"
 
 namespace bayesctrl {
 
-/// The torque of a remainder, arranged for simulations: neighbouring terms that differ in centre, width and weight
-/// alone stand in arrays, whose exponentials are taken together. The same numbers as those of Remainder, but for
-/// rounding.
+/// The torque of a remainder, arranged for simulations: neighbouring terms of one basis are taken together, and where
+/// they are bell curves that differ in centre, width and weight alone, so are their exponentials. The same numbers as
+/// those of Remainder, but for rounding.
 class RemainderSum {
  public:
   explicit RemainderSum(const Remainder& remainder);
@@ -23,19 +23,16 @@ class RemainderSum {
                double h) const;
 
  private:
-  /// Terms `first`, `first` + 1, ... of one kind and joint, with the same number c.
+  /// Terms `first`, `first` + 1, ... of one basis and joint.
   struct Batch {
-    TermKind kind;
-    int joint;
-    double c;
-    Eigen::Index first;
-    Eigen::ArrayXd centre, per_width, weight;
+    std::size_t first = 0, count = 0;
+    int joint = 0;
+    Eigen::ArrayXd centre, per_width, weight;  // of bell curves
   };
 
   Remainder::Limits limits_;
   std::vector<Term> terms_;
   std::vector<Batch> batches_;
-  std::vector<std::size_t> single_;  // terms in no batch
 };
 
 }  // namespace bayesctrl

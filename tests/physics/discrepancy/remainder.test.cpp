@@ -1,13 +1,12 @@
 // A torque that remembers, in the machine and beside it.
 
-#include "physics/remainder.hpp"
+#include "physics/discrepancy/remainder.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "base/random.hpp"
 #include "physics/machine/machine.hpp"
-#include "physics/remainder_sum.hpp"
 
 using namespace bayesctrl;
 
@@ -15,7 +14,7 @@ TEST_CASE("A remainder that remembers moves a slide as its differential equation
   // m' = (v - m)/tau, q'' = u + w (m - v), u held: integrated finely by hand.
   constexpr double kTau = 0.3, kWeight = 2.0, kInput = 0.7;
   Remainder remainder;
-  remainder.terms.push_back({TermKind::late_velocity, 0, -1, kTau, 1.0, 0.0, 1.0, kWeight});
+  remainder.terms.push_back({LateVelocity{kTau}, 0, -1, kWeight});
   const Machine machine(Mass{.mass = 1.0, .friction = 0.0}, {}, remainder);
   std::vector<double> time;
   for (int k = 0; k <= 400; ++k) time.push_back(0.005 * k);
@@ -42,9 +41,9 @@ TEST_CASE("Beyond what it has seen a remainder of one cause goes on constant, of
                       input = JointVector::Constant(1, u);
     return remainder.torque(remainder.begin(at, speed), at, speed, input, 0.0)[0];
   };
-  const Term drag{TermKind::sign_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, 3.0};
-  const Term amplifier{TermKind::past_input, 0, -1, 1.0, 0.5, 0.3, 1.0, 3.0};
-  const Term magnet{TermKind::bump_position, 0, -1, 0.8, 0.4, 0.0, 1.0, 3.0};
+  const Term drag{SignVelocity{0.5}, 0, -1, 3.0};
+  const Term amplifier{PastInput{.centre = 1.0, .width = 0.5, .time_constant = 0.3}, 0, -1, 3.0};
+  const Term magnet{BumpPosition{.centre = 0.8, .width = 0.4}, 0, -1, 3.0};
   CHECK(torque({drag}, 0.0, 5.0, 0.0) == torque({drag}, 0.0, 2.0, 0.0));
   CHECK(torque({drag}, 30.0, 1.0, 9.0) == torque({drag}, 0.0, 1.0, 0.0));
   CHECK(torque({amplifier}, 30.0, 9.0, 7.0) == torque({amplifier}, 0.0, 0.0, 1.5));
@@ -63,11 +62,11 @@ TEST_CASE("A law of few numbers goes on beyond what was seen, up to the largest 
     const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
     return remainder.torque(remainder.begin(one(q), one(v)), one(q), one(v), one(u), 0.0)[0];
   };
-  const Term odd{TermKind::power_velocity, 0, -1, 2.0, 1.0, 0.0, 1.0, -0.5};
-  const Term even{TermKind::power_input, 0, -1, 0.5, 0.0, 0.0, 1.0, 3.0};
-  const Term drag{TermKind::power_drag, 0, -1, 1.0, 0.0, 1.0, 1.0, -0.2};
-  const Term threshold{TermKind::hinge_velocity, 0, -1, 0.5, 1.0, 0.0, 1.0, -0.4};
-  const Term below{TermKind::hinge_input, 0, -1, -0.5, -1.0, 0.0, 1.0, 0.4};
+  const Term odd{PowerVelocity{.exponent = 2.0, .odd = true}, 0, -1, -0.5};
+  const Term even{PowerInput{.exponent = 0.5, .odd = false}, 0, -1, 3.0};
+  const Term drag{PowerDrag{.exponent = 1.0, .odd = false, .directed = true}, 0, -1, -0.2};
+  const Term threshold{HingeVelocity{.threshold = 0.5, .side = Side::above}, 0, -1, -0.4};
+  const Term below{HingeInput{.threshold = -0.5, .side = Side::below}, 0, -1, 0.4};
   CHECK(torque({odd}, 9.0, -4.0, 9.0, 1e300) == Approx(8.0));
   CHECK(torque({even}, 9.0, 0.0, -4.0, 1e300) == Approx(6.0));
   CHECK(torque({drag}, -3.0, 5.0, 0.0, 1e300) == Approx(-3.0));
@@ -77,35 +76,36 @@ TEST_CASE("A law of few numbers goes on beyond what was seen, up to the largest 
   CHECK(torque({below}, 0.0, 0.0, 3.0, 1e300) == 0.0);
   CHECK(torque({odd}, 0.0, -4.0, 0.0, 5.0) == 5.0);
   // Beside what fades it goes on alone.
-  const Term magnet{TermKind::bump_position, 0, -1, 0.8, 0.4, 0.0, 1.0, 3.0};
+  const Term magnet{BumpPosition{.centre = 0.8, .width = 0.4}, 0, -1, 3.0};
   CHECK(torque({magnet, odd}, 4.0, -4.0, 0.0, 1e300) == Approx(8.0));
 }
 
 TEST_CASE("What a term remembers of the past follows what is there now as a first-order lag", "[remainder]") {
   // A low-passed function of u: after a step from 0 to 1 it goes over as 1 - exp(-t / tau).
   constexpr double kTau = 0.4;
-  const Term term{TermKind::past_input, 0, -1, 1.0, 0.3, kTau, 1.0, 1.0};
-  const Held before = term.first_memory(0.0, 0.0);
-  Held m = before;
-  for (int k = 0; k < 50; ++k) m = term.remembered(m, 0.0, 0.0, 1.0, 0.01);
-  CHECK(term.value(0.0, 0.0, -5.0, 0.0, m) == Approx(1.0 + (before.real() - 1.0) * std::exp(-0.5 / kTau)));
+  const PastInput past{.centre = 1.0, .width = 0.3, .time_constant = kTau};
+  const double before = past.begin({});
+  double m = before;
+  for (int k = 0; k < 50; ++k) m = past.after(m, {.input = 1.0}, 0.01);
+  CHECK(past.value({.input = -5.0}, m) == Approx(1.0 + (before - 1.0) * std::exp(-0.5 / kTau)));
   // The same of what saturates.
-  for (const auto& [kind, v, u] : {std::tuple{TermKind::late_push, 0.0, 1.0}, {TermKind::late_drag, 1.0, 0.0}}) {
-    const Term late{kind, 0, -1, 0.5, 1.0, kTau, 1.0, 1.0};
-    Held held = late.first_memory(0.0, 0.0);
-    CHECK(held == Held(0.0));
-    for (int k = 0; k < 50; ++k) held = late.remembered(held, 0.0, v, u, 0.01);
-    CHECK(late.value(0.0, 0.0, 0.0, 0.0, held) == Approx(std::tanh(2.0) * -std::expm1(-0.5 / kTau)));
-  }
+  const auto check_sign = [&](const auto& late, const Instant& at) {
+    double held = late.begin({});
+    CHECK(held == 0.0);
+    for (int k = 0; k < 50; ++k) held = late.after(held, at, 0.01);
+    CHECK(late.value({}, held) == Approx(std::tanh(2.0) * -std::expm1(-0.5 / kTau)));
+  };
+  check_sign(LatePush{.width = 0.5, .time_constant = kTau}, {.input = 1.0});
+  check_sign(LateDrag{.width = 0.5, .time_constant = kTau}, {.velocity = 1.0});
 }
 
 TEST_CASE("A relay turns at one position going up and at another going down", "[remainder]") {
   const double centre = 0.3, gap = 0.2;
-  const Term relay{TermKind::relay, 0, -1, centre, 1e-3, gap, 1.0, 1.0};
-  Held m = relay.first_memory(-1.0, 0.0);
+  const Relay relay{.centre = centre, .width = 1e-3, .half_gap = gap};
+  double m = relay.begin({.position = -1.0});
   const auto at = [&](double q) {
-    m = relay.remembered(m, q, 0.0, 0.0, 0.01);
-    return relay.value(q, 0.0, 0.0, 0.0, m);
+    m = relay.after(m, {.position = q}, 0.01);
+    return relay.value({.position = q}, m);
   };
   for (double q = -1.0; q < centre + gap - 0.01; q += 0.005) REQUIRE(at(q) == Approx(-1.0));
   CHECK(at(centre + gap + 0.01) == Approx(1.0));
@@ -113,31 +113,31 @@ TEST_CASE("A relay turns at one position going up and at another going down", "[
   CHECK(at(centre - gap - 0.01) == Approx(-1.0));
 }
 
-TEST_CASE(
+TEMPLATE_TEST_CASE(
     "A mass on a spring that the joint carries along, or that the input drives, swings as its differential "
     "equation says",
-    "[remainder]") {
+    "[remainder]", (std::pair<SwingPosition, SwingBeside>), (std::pair<RingInput, RingBeside>)) {
   // x'' = w^2 (q - x) - 2 z w x' behind q(t) = sin 2t: x - q in both terms, for w' = sqrt(1 - z^2)
   // x - q = Re(m - q) + (z / w') Im m, if it begins at rest at q.
-  const auto [kind, beside] = GENERATE(std::pair{TermKind::swing, TermKind::swing_beside},
-                                       std::pair{TermKind::ring_input, TermKind::ring_beside});
   const double w = 7.0, z = 0.2, root = std::sqrt(1.0 - z * z), h = 1e-4;
-  const Term real{kind, 0, -1, w, z}, imaginary{beside, 0, -1, w, z};
-  Held a = real.first_memory(0.0, 0.0), b = imaginary.first_memory(0.0, 0.0);
+  const typename TestType::first_type real{w, z};
+  const typename TestType::second_type imaginary{w, z};
+  Held a = real.begin({}), b = imaginary.begin({});
   double x = 0.0, v = 0.0, largest = 0.0;
   for (int k = 0; k < 30000; ++k) {
     const double q = std::sin(2.0 * h * (k + 0.5));
-    a = real.remembered(a, q, 0.0, q, h);
-    b = imaginary.remembered(b, q, 0.0, q, h);
+    const Instant at{.position = q, .input = q};
+    a = real.after(a, at, h);
+    b = imaginary.after(b, at, h);
     v += h * (w * w * (q - x) - 2.0 * z * w * v);
     x += h * v;
-    const double swings = real.value(q, 0.0, q, 0.0, a) + z / root * imaginary.value(q, 0.0, q, 0.0, b);
+    const double swings = real.value(at, a) + z / root * imaginary.value(at, b);
     if (k % 500 == 0) CHECK(std::abs(swings - (x - q)) < 2e-3);
     largest = std::max(largest, std::abs(x - q));
   }
   CHECK(largest > 0.1);
   // Linear: it goes on beyond what was seen.
-  const Remainder remainder{{real}, {{-1.0, 1.0, 2.0, 1.5, 1e300}}};
+  const Remainder remainder{{{real}}, {{-1.0, 1.0, 2.0, 1.5, 1e300}}};
   const auto after = [&](double first, double then) {
     const auto one = [](double value) { return JointVector(JointVector::Constant(1, value)); };
     Remainder::Memory memory = remainder.begin(one(first), one(0.0));
@@ -149,16 +149,16 @@ TEST_CASE(
 
 TEST_CASE("An amplifier of limited slew rate follows a step as a ramp and a slow input exactly", "[remainder]") {
   constexpr double kRate = 4.0, kStep = 0.01;
-  const Term term{TermKind::slew_input, 0, -1, kRate};
-  Held m = term.first_memory(0.7, -3.0);
+  const Slew slew{.rate = kRate};
+  double m = slew.begin({.position = 0.7, .velocity = -3.0});
   for (int k = 1; k <= 100; ++k) {
-    m = term.remembered(m, 0.0, 0.0, 2.0, kStep);
-    CHECK(2.0 + term.value(0.0, 0.0, 2.0, 0.0, m) == Approx(std::min(2.0, kRate * kStep * k)));
+    m = slew.after(m, {.input = 2.0}, kStep);
+    CHECK(2.0 + slew.value({.input = 2.0}, m) == Approx(std::min(2.0, kRate * kStep * k)));
   }
   for (int k = 1; k <= 100; ++k) {
-    const double u = 2.0 - 0.9 * kRate * kStep * k;
-    m = term.remembered(m, 0.0, 0.0, u, kStep);
-    CHECK(term.value(0.0, 0.0, u, 0.0, m) == 0.0);
+    const Instant at{.input = 2.0 - 0.9 * kRate * kStep * k};
+    m = slew.after(m, at, kStep);
+    CHECK(slew.value(at, m) == 0.0);
   }
 }
 
@@ -171,8 +171,7 @@ TEST_CASE("Joints whose friction and remainder set one another free without end 
     Remainder remainder;
     for (const int joint : {0, 1}) {
       for (const double width : {1e-7, 1e-4}) {
-        remainder.terms.push_back(
-            {TermKind::sign_velocity, joint, -1, width, 1.0, 0.0, 1.0, draw_uniform(random, -3.0, 3.0)});
+        remainder.terms.push_back({SignVelocity{width}, joint, -1, draw_uniform(random, -3.0, 3.0)});
       }
     }
     const Machine machine(arm, {{CoulombFriction{1.0}, 0, -1}, {CoulombFriction{1.0}, 1, -1}}, remainder);
@@ -185,39 +184,5 @@ TEST_CASE("Joints whose friction and remainder set one another free without end 
     StateVector start(4);
     start << 0.1, -0.1, 0.01, -0.02;
     CHECK(machine.run(start, time, machine.drives(time, input), 0, 100, 0.005).allFinite());
-  }
-}
-
-TEST_CASE("The sum arranged for simulations is the remainder, for terms of every kind and after any past",
-          "[remainder]") {
-  RandomStream random(20261122);
-  const auto u = [&](double low, double high) { return draw_uniform(random, low, high); };
-  for (int round = 0; round < 30; ++round) {
-    Remainder remainder;
-    for (std::size_t kind = 0; kind < names(TermKind{}).size(); ++kind) {
-      const double c = u(0.1, 0.5);
-      const int joint = u(0.0, 1.0) < 0.5 ? 0 : 1, count = static_cast<int>(u(0.0, 4.999));
-      for (int i = 0; i < count; ++i) {
-        remainder.terms.push_back(
-            {static_cast<TermKind>(kind), joint, -1, u(0.1, 1.0), u(0.2, 1.0), c, u(0.2, 1.0), u(-2.0, 2.0)});
-      }
-    }
-    if (round % 3 > 0) remainder.regions = {{-1.0, 1.0, 2.0, 1.5, 4.0}, {-0.5, 0.5, 1.0, 0.0, 1e300}};
-    const RemainderSum sum(remainder);
-    CHECK(sum.empty() == remainder.empty());
-    const auto draw = [&](double most) {
-      JointVector x(2);
-      x << u(-most, most), u(-most, most);
-      return x;
-    };
-    Remainder::Memory one = remainder.begin(draw(1.0), draw(1.0)), other = one;
-    for (int k = 0; k < 40; ++k) {
-      const JointVector q = draw(1.3), v = draw(2.5), input = draw(2.0);
-      const double t = u(0.0, 2.0), h = u(0.001, 0.1);
-      const JointVector expected = remainder.torque(one, q, v, input, t);
-      CHECK((sum.torque(other, q, v, input, t) - expected).norm() <= 1e-12 * (1.0 + expected.norm()));
-      remainder.advance(one, q, v, input, h);
-      sum.advance(other, q, v, input, h);
-    }
   }
 }
