@@ -39,7 +39,7 @@ struct FadingTorque {
 
   static std::vector<Shape<FadingTorque>> shapes(const Survey& /*s*/) {
     std::vector<Shape<FadingTorque>> list;
-    for (const double tried : spread(0.05, 2.0, 14)) list.push_back({{{1.0, tried}}, 1});
+    for (const double tried : spread(0.05, 2.0, 60)) list.push_back({{{1.0, tried}}, 1});
     return list;
   }
   static FadingTorque combined(const Shape<FadingTorque>& shape, std::span<const double> c) {
@@ -52,7 +52,11 @@ struct FadingTorque {
   bool operator==(const FadingTorque&) const = default;
 };
 
-double push(double t) { return 2.5 * std::sin(1.1 * t) + 1.5 * std::sin(3.7 * t) + std::sin(7.9 * t); }
+/// An input that no sum of a few sines is.
+double push(double t) {
+  return 2.0 * std::sin(1.1 * t) + (std::sin(2.3 * t) > 0.2 ? 1.5 : -1.0) +
+         (std::sin(5.1 * t + 0.7 * t * t) > 0.0 ? 0.7 : -0.7);
+}
 
 /// The pendulum with the effect, by Runge-Kutta steps of its own equations: q, v at the end of each period, in which
 /// the input is held.
@@ -119,7 +123,7 @@ TEST_CASE("A hidden state of two numbers settles and moves a machine as the equa
     const FadingTorque::State z = settled(effect, {}, pulled, h);
     const double x = h / effect.time_constant;
     CHECK(z[0] == Approx(2.0 * -std::expm1(-x)).epsilon(1e-3));
-    CHECK(z[1] == Approx(2.0 * (1.0 - (1.0 + x) * std::exp(-x))).epsilon(1e-3));
+    CHECK(z[1] == Approx(2.0 * (1.0 - (1.0 + x) * std::exp(-x))).epsilon(2e-3));
   }
 
   // Stages as a machine goes through them, at steps of 5 ms, against a hundred times finer ones.
@@ -158,7 +162,7 @@ TEST_CASE("A hidden state of two numbers settles and moves a machine as the equa
 }
 
 TEST_CASE("An effect of its own file is found beside the whole catalogue", "[diagnose][effects]") {
-  const FadingTorque hidden{0.35, 0.3};
+  const FadingTorque hidden{0.002, 0.3};  // it moves the pendulum by some thirty times the noise
   const std::vector<StateVector> path = written_out(hidden, 0.01, 1199, 10);
   RandomStream random(3);
   Measured recorded{"test", {}, Eigen::MatrixXd(1200, 1), Eigen::MatrixXd(1200, 1), 0.0, false};
@@ -191,11 +195,12 @@ TEST_CASE("An effect of its own file is found beside the whole catalogue", "[dia
   }
   const Screen screen(dictionary, dictionary.columns, response.target());
   const Finding best = screen.all().front();
+  CAPTURE(best.suspects, best.log_evidence);
   REQUIRE(best.suspects == std::vector<int>{first});
   const auto shape = static_cast<std::size_t>(best.atoms[0]);
   const int column = dictionary.suspects.back().atoms[shape].columns[0];
   const double coefficient = best.coefficients[0] * dictionary.scale[column];
   const FadingTorque found = FadingTorque::combined(shapes[shape], {&coefficient, 1});
   CHECK(found.share == Approx(hidden.share).epsilon(0.1));
-  CHECK(found.time_constant == Approx(hidden.time_constant).epsilon(0.2));
+  CHECK(found.time_constant == Approx(hidden.time_constant).epsilon(0.1));
 }
