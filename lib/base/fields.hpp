@@ -66,12 +66,32 @@ struct Problem {
   bool empty() const { return text.empty(); }
 };
 
+/// In what an amount is given: a plain number, the width of the admitted range, or what recordings measure - the
+/// sampling period (s) and its inverse, the longest recording (s) and its inverse, the range of the joint's positions.
+enum class Measure { one, admitted, period, rate, duration, per_duration, positions };
+
+struct Amount {
+  double times = 0.0;
+  Measure of = Measure::one;
+};
+
+/// What a search for a parameter takes for granted. The numbers may depend on the other parameters as they stand.
+struct SearchInfo {
+  double mean = 0.0;    // of the prior
+  Amount deviation{};   // of the prior; 0: that of which it does as much as the prior of a torque allows
+  Amount step{1e-6};    // of differences, and
+  double share = 0.01;  // at least this part of the value
+  Amount low{-kInfinity}, high{kInfinity};  // within the admitted range
+  double cycle = 0.0;                       // values that differ by this are the same; 0: none are
+};
+
 /// What is said of a parameter beside its name and value. Units are SI; "" means dimensionless.
 struct Info {
   Range range{};
   std::string_view unit = "";
   std::string_view text = "";
   bool required = false;
+  SearchInfo search{};
 };
 inline constexpr bool kRequired = true;
 

@@ -22,6 +22,10 @@ using JointMatrix = JointsSquare<Eigen::Dynamic>;
 /// With a slot for every joint that a machine may have, 0 beyond its own.
 using JointSlots = Joints<kMaxJoints>;
 
+/// Most numbers of the hidden states of a machine's effects; one value for each.
+inline constexpr int kMaxHidden = 16;
+using HiddenVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxHidden, 1>;
+
 /// Positions, then velocities: the x = [q, v] of the paper.
 using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * kMaxJoints, 1>;
 

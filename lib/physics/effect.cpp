@@ -47,13 +47,40 @@ bool redundant(const std::vector<Effect>& effects) {
   return false;
 }
 
-std::string_view channel(const EffectForm& form) {
+std::optional<EffectForm> twin(const EffectForm& form) {
   return std::visit(
-      []<class E>(const E&) -> std::string_view {
-        if (SensorEffect<E>) return "sensor";
-        return DelayEffect<E> || MapEffect<E> || PlayEffect<E> || LagEffect<E> ? "input" : "drift";
+      []<class E>(const E& held) -> std::optional<EffectForm> {
+        if constexpr (requires { held.twin(); }) return held.twin();
+        std::optional<EffectForm> found;
+        for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class Other>(const Other&) {
+          if constexpr (requires { Other::twin_of(held); }) found = Other::twin_of(held);
+        });
+        return found;
       },
       form);
+}
+
+int least_joints(const EffectForm& form) {
+  return std::visit(
+      []<class E>(const E&) {
+        if constexpr (requires { E::kLeastJoints; }) return E::kLeastJoints;
+        return 1;
+      },
+      form);
+}
+
+int hidden_count(const EffectForm& form) {
+  return std::visit([]<class E>(const E&) { return hidden_count<E>(); }, form);
+}
+
+int hidden_count(const std::vector<Effect>& effects) {
+  int count = 0;
+  for (const Effect& effect : effects) count += hidden_count(effect.form);
+  return count;
+}
+
+std::string_view channel(const EffectForm& form) {
+  return std::visit([]<class E>(const E&) { return channel_of<E>(); }, form);
 }
 
 }  // namespace bayesctrl

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <concepts>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -64,23 +67,45 @@ concept DryFriction = requires(const E& e, const JointState& s) {
   { e.holding(s) } -> std::same_as<double>;
 };
 
-/// A torque from a state z of its own, z' = rate(v, z), which settles at `settling_rate`.
+/// A torque from a state z of its own, any HiddenState: z' = rate(z, joint), the fastest part of which settles at
+/// `settling_rate`. Steps of the integration resolve that rate. Optional: `settled(z, joint, h)`, exact after h seconds
+/// in which the joint's state is constant; `is_steady(z, joint)`, when longer steps will do.
 template <class E>
-concept HiddenStateEffect = requires(const E& e, double v, double z) {
-  { e.rate(v, z) } -> std::same_as<double>;
-  { e.settling_rate(v) } -> std::same_as<double>;
-  { e.torque_of(z) } -> std::same_as<double>;
+concept HiddenStateEffect = requires(const E& e, const JointState& s, const typename E::State& z) {
+  { e.rate(z, s) } -> std::same_as<typename E::State>;
+  { e.settling_rate(s) } -> std::same_as<double>;
+  { e.torque_of(z, s) } -> std::same_as<double>;
+};
+template <class E>
+concept SolvedStateEffect = HiddenStateEffect<E> && requires(const E& e, const JointState& s, typename E::State z) {
+  { e.settled(z, s, 1.0) } -> std::same_as<typename E::State>;
 };
 
-/// A torque that jumps at a time, at which integration steps must end.
+/// How many numbers the hidden state of an effect is.
+template <class E>
+constexpr int hidden_count() {
+  if constexpr (HiddenStateEffect<E>) return static_cast<int>(std::tuple_size_v<typename E::State>);
+  return 0;
+}
+
+/// A torque that jumps at a time, at which integration steps must end; `kJump` names the parameter by how much.
 template <class E>
 concept TimedEffect = requires(const E& e) {
   { e.switch_time() } -> std::same_as<double>;
+  E::kJump;
 };
+
+/// A torque that is no function of the machine's state.
+template <class E>
+concept TimeEffect = TorqueEffect<E> && E::kOfTime;
 
 /// A torque that the joint's bearings carry: part of the load on them.
 template <class E>
 concept SpringEffect = TorqueEffect<E> && E::kSpring;
+
+/// It reads the load on the bearings: JointState's motor_torque and external_torque.
+template <class E>
+concept LoadedEffect = E::kFeelsLoad;
 
 template <class E>
 concept TiltEffect = requires(const E& e) {
@@ -109,11 +134,63 @@ concept LagEffect = requires(const E& e) {
   { e.lag() } -> std::same_as<double>;
 };
 
+/// A map of the input that multiplies it.
+template <class E>
+concept GainEffect = MapEffect<E> && requires(const E& e) {
+  { e.slope() } -> std::same_as<double>;
+};
+
 /// What the sensor shows instead of the position.
 template <class E>
 concept SensorEffect = requires(const E& e, double q) {
   { e.measured(q) } -> std::same_as<double>;
 };
+
+/// How an effect acts: each is of one kind at least.
+template <class E>
+inline constexpr int kRoles =
+    TorqueEffect<E> + DryFriction<E> + HiddenStateEffect<E> + InertiaEffect<E> + TiltEffect<E> + DelayEffect<E> +
+    MapEffect<E> + PlayEffect<E> + LagEffect<E> + SensorEffect<E>;
+template <class... E>
+constexpr bool have_roles(const std::variant<E...>*) {
+  return ((kRoles<E> > 0) && ...);
+}
+static_assert(have_roles(static_cast<const EffectForm*>(nullptr)), "an effect that nothing would ever ask for");
+
+/// The side of the machine on which an effect acts.
+template <class E>
+constexpr std::string_view channel_of() {
+  if (SensorEffect<E>) return "sensor";
+  return DelayEffect<E> || MapEffect<E> || PlayEffect<E> || LagEffect<E> ? "input" : "drift";
+}
+
+/// Hidden state after h seconds in which the joint's state is constant.
+template <HiddenStateEffect E>
+typename E::State settled(const E& effect, const typename E::State& z, const JointState& joint, double h) {
+  if constexpr (SolvedStateEffect<E>) {
+    return effect.settled(z, joint, h);
+  } else {
+    constexpr double kPart = 0.5, kMost = 1000.0;  // of the time in which it settles; steps
+    const int steps = static_cast<int>(std::clamp(std::ceil(h * effect.settling_rate(joint) / kPart), 1.0, kMost));
+    const double by = h / steps;
+    typename E::State now = z;
+    for (int i = 0; i < steps; ++i) {
+      const typename E::State k1 = effect.rate(now, joint), k2 = effect.rate(moved(now, k1, 0.5 * by), joint);
+      const typename E::State k3 = effect.rate(moved(now, k2, 0.5 * by), joint);
+      now = moved(now, mean_rate(k1, k2, k3, effect.rate(moved(now, k3, by), joint)), by);
+    }
+    return now;
+  }
+}
+
+/// The effect of one type drawn for a machine. `uniform(low, high)` draws a number; all that an effect needs are drawn
+/// in the order of its declaration, the recording of a timed one (of the first three) last.
+template <class E>
+std::pair<E, int> drawn_with_recording(auto&& uniform, const DrawScales& scales) {
+  const E form = E::drawn(uniform, scales);
+  if constexpr (TimedEffect<E>) return {form, static_cast<int>(uniform(0.0, 2.999))};
+  return {form, -1};
+}
 
 /// The same law in the same place, whatever its parameters.
 bool same_kind(const Effect& a, const Effect& b);
@@ -124,6 +201,16 @@ double spring_torque(const std::vector<Effect>& effects, int joint, double posit
 /// Whether a set holds a law twice, or beside one that contains it, in the same joint: together they are no other law
 /// than the second alone.
 bool redundant(const std::vector<Effect>& effects);
+
+/// The effect that shows the same on one plant or another. A fit brings it into its range.
+std::optional<EffectForm> twin(const EffectForm& form);
+
+/// Joints that a machine must have for an effect to act in it.
+int least_joints(const EffectForm& form);
+
+/// Numbers of the hidden states of effects: those of each follow on those of the one before.
+int hidden_count(const EffectForm& form);
+int hidden_count(const std::vector<Effect>& effects);
 
 /// The side of the machine on which an effect acts: "drift", "input" or "sensor".
 std::string_view channel(const EffectForm& form);

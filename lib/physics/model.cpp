@@ -12,7 +12,11 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   const JointMatrix mobility = motion(model.plant, q, v, none, 0.0).mobility;
   JointVector torque = none, tilt = none, inertia = none;
   for (const Effect& effect : model.effects) {
-    if (const auto* tilted = std::get_if<GravityTilt>(&effect.form)) tilt[effect.joint] += tilted->tilt();
+    std::visit(
+        [&]<class E>(const E& form) {
+          if constexpr (TiltEffect<E>) tilt[effect.joint] += form.tilt();
+        },
+        effect.form);
   }
   const JointVector gravity = external_torque(model.plant, q + tilt);
   if (tilt.any()) torque += gravity - external_torque(model.plant, q);
@@ -24,7 +28,7 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
                            0.0,  external[j], q[neighbour_of(static_cast<int>(j), static_cast<int>(q.size()))]};
     std::visit(
         [&]<class E>(const E& form) {
-          if constexpr (TimedEffect<E> || std::is_same_v<E, PeriodicDisturbance>) {
+          if constexpr (TimeEffect<E>) {
             return;
           } else if constexpr (TorqueEffect<E>) {
             torque[j] += form.torque_at(state);
@@ -32,8 +36,8 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
             torque[j] -= form.sliding(state) * (v[j] > 0.0 ? 1.0 : v[j] < 0.0 ? -1.0 : 0.0);
           } else if constexpr (InertiaEffect<E>) {
             inertia[j] += form.added_inertia();
-          } else if constexpr (std::is_same_v<E, InputGain>) {
-            result.gain.col(j) *= form.gain;
+          } else if constexpr (GainEffect<E>) {
+            result.gain.col(j) *= form.slope();
           }
         },
         effect.form);

@@ -56,8 +56,8 @@ Effect read_effect(const Node& node, int joint_count) {
   if (const Node::Entry* joint = node.find("joint")) {
     effect.joint = detail::to_int(joint->value, "joint", {between(1, joint_count)}) - 1;
   }
-  if (std::holds_alternative<CouplingTorque>(effect.form) && joint_count < 2) {
-    throw SpecError(node.where, "coupling_torque needs a plant of several joints");
+  if (joint_count < least_joints(effect.form)) {
+    throw SpecError(node.where, std::string(name_of(effect.form)) + " needs a plant of several joints");
   }
   return effect;
 }
@@ -127,7 +127,12 @@ void read_value(const Node& node, Model& model) {
   model.effects.clear();
   if (const Node::Entry* effects = node.find("effects")) {
     detail::require_list(effects->value, "effects");
-    for (const Node& item : effects->value.items) model.effects.push_back(read_effect(item, joints(model.plant)));
+    for (const Node& item : effects->value.items) {
+      model.effects.push_back(read_effect(item, joints(model.plant)));
+      if (hidden_count(model.effects) > kMaxHidden) {
+        throw SpecError(item.where, "effects have more than " + std::to_string(kMaxHidden) + " hidden states");
+      }
+    }
   }
   model.remainder = {};
   if (const Node::Entry* remainder = node.find("remainder")) {

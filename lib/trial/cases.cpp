@@ -65,36 +65,45 @@ Plant draw_plant(int variant, RandomStream& random) {
   }
 }
 
-/// Whether the recordings of such a machine can show such an effect at all.
-bool applies(std::size_t kind, const Plant& plant) {
-  const std::string_view name = effect_names()[kind];
-  const auto any = [&](std::initializer_list<std::string_view> list) {
-    return std::find(list.begin(), list.end(), name) != list.end();
-  };
-  if (name == CouplingTorque::kName) return joints(plant) > 1;
-  if (std::holds_alternative<Mass>(plant)) {
-    return !any({"gravity_tilt", "sensor_offset", "position_dependent_friction", "cogging_torque"});
-  }
-  if (std::holds_alternative<Custom>(plant)) return !any({"position_dependent_friction"});
-  return true;
-}
-
-/// Of a linear machine nobody can tell a stronger motor from a larger scale of the sensor.
-bool can_be_told_apart(const std::vector<Effect>& effects, const Plant& plant) {
-  if (redundant(effects)) return false;
-  const JointVector bent = JointVector::Constant(joints(plant), 0.3);
-  const bool linear = external_torque(plant, 2.0 * bent).isApprox(2.0 * external_torque(plant, bent));
-  const auto any = [&]<class E>(std::in_place_type_t<E>) {
-    return std::any_of(effects.begin(), effects.end(),
-                       [](const Effect& effect) { return std::holds_alternative<E>(effect.form); });
-  };
-  return !(linear && any(std::in_place_type<InputGain>) && any(std::in_place_type<SensorScale>));
-}
-
 double friction_of(const Plant& plant, int joint) {
   if (const auto* p = std::get_if<Pendulum>(&plant)) return p->friction;
   if (const auto* p = std::get_if<TwoLinkArm>(&plant)) return joint == 0 ? p->friction1 : p->friction2;
   return 0.0;
+}
+
+/// Drag that an effect wants the plant to have itself.
+double least_drag(const EffectForm& form) {
+  return std::visit(
+      []<class E>(const E& held) {
+        if constexpr (requires { held.least_drag(); }) return held.least_drag();
+        return 0.0;
+      },
+      form);
+}
+
+/// Whether the recordings of such a machine can show such an effect at all.
+bool applies(std::size_t kind, const Plant& plant) {
+  bool can = true;
+  std::size_t index = 0;
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+    if (index++ != kind) return;
+    can = joints(plant) >= least_joints(form) && (least_drag(form) <= 0.0 || friction_of(plant, 0) > 0.0);
+    if constexpr (requires { E::kNeedsTurning; }) can = can && !std::holds_alternative<Mass>(plant);
+  });
+  return can;
+}
+
+/// Of a linear machine nobody can tell an effect from its twin.
+bool can_be_told_apart(const std::vector<Effect>& effects, const Plant& plant) {
+  if (redundant(effects)) return false;
+  const JointVector bent = JointVector::Constant(joints(plant), 0.3);
+  const bool linear = external_torque(plant, 2.0 * bent).isApprox(2.0 * external_torque(plant, bent));
+  const auto has_twin = [&](const Effect& effect) {
+    const std::optional<EffectForm> other = twin(effect.form);
+    return other && std::any_of(effects.begin(), effects.end(),
+                                [&](const Effect& one) { return one.form.index() == other->index(); });
+  };
+  return !linear || std::none_of(effects.begin(), effects.end(), has_twin);
 }
 
 /// What is the same for all recordings of a case.
@@ -240,16 +249,14 @@ Case make_case(const TrialSpec& spec, const Order& order) {
       for (int i = 0; i < 4; ++i) shape.push_back(draw_uniform(random, 0.0, 1.0));
       const double input = input_scale(joint), range = std::holds_alternative<Mass>(nominal) ? 0.5 : 1.0;
       const auto make = [&](double s) {
-        return draw_effect(kind, joint, s, shape, torque[joint], input, range, scene.sampling.duration);
+        return draw_effect(kind, joint, shape, {s, torque[joint], input, range, 3.0 * range, scene.sampling.duration});
       };
       const double strength = strength_for(target, [&](double s) {
         return measured_size({nominal, {make(s)}, {}, 0, 0.0}, scene);
       });
       if (strength == 0.0) return false;
       const Effect effect = make(strength);
-      if (const auto* friction = std::get_if<PositionDependentFriction>(&effect.form)) {
-        if (friction->amplitude > friction_of(nominal, joint)) return false;
-      }
+      if (const double drag = least_drag(effect.form); drag > 0.0 && drag > friction_of(nominal, joint)) return false;
       machine.effects.push_back(effect);
       truth["effects"].push_back(effect_truth(effect, target));
       return true;

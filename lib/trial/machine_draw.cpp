@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "physics/machine/simulation.hpp"
@@ -12,10 +13,6 @@ namespace bayesctrl::trial {
 namespace {
 
 constexpr double kFine = 1e-3;  // s, of the integration: finer than the diagnosis's
-
-double pick(const std::vector<double>& shape, std::size_t i, double low, double high) {
-  return low + (high - low) * shape[i % shape.size()];
-}
 
 /// The input of one joint as a function of time, and of what is measured for a closed loop.
 class Command {
@@ -207,47 +204,16 @@ double size_of(const Plant& nominal, const Recorded& recorded, double noise) {
   return std::sqrt(squares / std::max(1.0, count)) / noise;
 }
 
-Effect draw_effect(std::size_t kind, int joint, double strength, const std::vector<double>& shape, double torque,
-                   double input, double range, double duration) {
-  const double s = strength, two_pi = 2.0 * std::numbers::pi;
-  const auto sign = [&](std::size_t i) { return pick(shape, i, -1.0, 1.0) < 0.0 ? -1.0 : 1.0; };
-  const double speed = 3.0 * range;
-  std::optional<EffectForm> form;
-  const auto is = [&]<class E>(const E&) { return EffectForm(E{}).index() == kind; };
-  if (is(ViscousFriction{})) form = ViscousFriction{s * torque / speed};
-  if (is(CoulombFriction{})) form = CoulombFriction{s * torque};
-  if (is(StribeckFriction{}))
-    form = StribeckFriction{s * torque, s * torque * pick(shape, 0, 1.4, 2.5), pick(shape, 1, 0.05, 0.4)};
-  if (is(QuadraticDrag{})) form = QuadraticDrag{s * torque / (speed * speed)};
-  if (is(AsymmetricFriction{}))
-    form = AsymmetricFriction{s * torque / speed, s * torque / speed * pick(shape, 0, 0.1, 0.6)};
-  if (is(PositionDependentFriction{})) form = PositionDependentFriction{s * torque / speed, pick(shape, 0, -1.5, 1.5)};
-  if (is(LoadDependentFriction{})) form = LoadDependentFriction{std::min(s, 0.9)};
-  if (is(CouplingTorque{})) form = CouplingTorque{s * torque / range};
-  if (is(LinearSpring{})) form = LinearSpring{s * torque / range};
-  if (is(CubicSpring{})) form = CubicSpring{s * torque / (range * range * range)};
-  if (is(ConstantBias{})) form = ConstantBias{sign(0) * s * torque};
-  if (is(GravityTilt{})) form = GravityTilt{sign(0) * std::min(s, 0.5)};
-  if (is(CoggingTorque{}))
-    form = CoggingTorque{s * torque, std::round(pick(shape, 0, 3.0, 20.0)), pick(shape, 1, 0.0, two_pi)};
-  if (is(HardStop{}))
-    form = HardStop{sign(0) * pick(shape, 1, 0.2, 0.5) * range, s * torque / range, 0.05 * s * torque / range};
-  if (is(PeriodicDisturbance{}))
-    form = PeriodicDisturbance{s * torque, pick(shape, 0, 3.0, 30.0), pick(shape, 1, 0.0, two_pi)};
-  if (is(TorqueStep{})) form = TorqueStep{sign(0) * s * torque, pick(shape, 1, 0.2, 0.8) * duration};
-  if (is(AddedInertia{})) form = AddedInertia{s * torque / (10.0 * range)};
-  if (is(InputDelay{})) form = InputDelay{std::min(s, 0.2)};
-  if (is(InputGain{})) form = InputGain{sign(0) < 0.0 ? 1.0 / (1.0 + s) : 1.0 + s};
-  if (is(InputDeadZone{})) form = InputDeadZone{s * input};
-  if (is(Backlash{})) form = Backlash{s * input};
-  if (is(InputSaturation{})) form = InputSaturation{input * std::max(0.02, 1.5 - s)};
-  if (is(ActuatorLag{})) form = ActuatorLag{std::clamp(s, 0.001, 0.5)};
-  if (is(PreslidingHysteresis{}))
-    form = PreslidingHysteresis{s * torque / (pick(shape, 0, 0.01, 0.08) * range), s * torque};
-  if (is(SensorOffset{})) form = SensorOffset{sign(0) * std::min(s, 0.5)};
-  if (is(SensorScale{})) form = SensorScale{sign(0) < 0.0 ? 1.0 / (1.0 + std::min(s, 0.4)) : 1.0 + std::min(s, 0.4)};
-  const bool timed = std::holds_alternative<TorqueStep>(*form);
-  return {*form, joint, timed ? static_cast<int>(pick(shape, 2, 0.0, 2.999)) : -1};
+Effect draw_effect(std::size_t kind, int joint, const std::vector<double>& shape, const DrawScales& scales) {
+  std::size_t used = 0, index = 0;
+  const auto uniform = [&](double low, double high) { return low + (high - low) * shape[used++ % shape.size()]; };
+  Effect effect;
+  effect.joint = joint;
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+    if (index++ != kind) return;
+    std::tie(effect.form, effect.recording) = drawn_with_recording<E>(uniform, scales);
+  });
+  return effect;
 }
 
 }  // namespace bayesctrl::trial

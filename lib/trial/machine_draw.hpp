@@ -58,9 +58,8 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
 /// RMS distance over the noise between free runs of 1 s of the nominal and what the machine did, from the true states.
 double size_of(const Plant& nominal, const Recorded& recorded, double noise);
 
-/// A catalogued effect of one kind in one joint; `strength` from 0 (absent) on.
-Effect draw_effect(std::size_t kind, int joint, double strength, const std::vector<double>& shape, double torque,
-                   double input, double range, double duration);
+/// A catalogued effect of one kind in one joint as it declares to be drawn; `shape`: draws from 0 to 1.
+Effect draw_effect(std::size_t kind, int joint, const std::vector<double>& shape, const DrawScales& scales);
 
 /// The inventions.
 std::vector<Invention> inventions(double torque, double range, double speed, double input, RandomStream& random);

@@ -8,6 +8,7 @@
 
 #include "base/format.hpp"
 #include "physics/effect.hpp"
+#include "physics/parameters.hpp"
 
 namespace bayesctrl::trial {
 
@@ -176,8 +177,11 @@ Scored score(const std::string& name, const ordered_json& truth, const ordered_j
   std::set<int> joints;
   for (const ordered_json& effect : truth["effects"]) {
     joints.insert(effect["joint"].get<int>());
+    std::map<std::string, double> cycles;  // of the effect's parameters
     for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
-      if (effect["name"] == E::kName) channels.insert(std::string(channel(form)));
+      if (effect["name"] != E::kName) return;
+      channels.insert(std::string(channel(form)));
+      for (const Declared& one : parameters(form)) cycles[std::string(one.name)] = one.info.search.cycle;
     });
     for (const ordered_json& found : d["explanation"]["effects"]) {
       if (found["name"] != effect["name"] || found["joint"] != effect["joint"]) continue;
@@ -185,7 +189,7 @@ Scored score(const std::string& name, const ordered_json& truth, const ordered_j
         const double sd = parameter["sd"];
         if (!(sd > 0.0)) continue;
         double error = parameter["value"].get<double>() - effect["parameters"][key].get<double>();
-        if (key == "phase" || key == "centre") error = std::remainder(error, 2.0 * 3.14159265358979);
+        if (const double cycle = cycles.at(key); cycle > 0.0) error = std::remainder(error, cycle);
         ++s.parameters;
         s.covered += std::abs(error) <= 1.96 * sd;
       }

@@ -140,9 +140,9 @@ TEST_CASE("A lag that begins elsewhere comes to where the input is", "[effects]"
   const Machine machine(Mass{1.0, 0.0}, {{ActuatorLag{lag}}});
   const std::vector<double> time = grid(1.0, 0.01);
   const Eigen::MatrixXd input = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(time.size()), 1, force);
-  const JointVector none = JointVector::Zero(1), idle = JointVector::Constant(1, -force);
+  const JointVector idle = JointVector::Constant(1, -force);
   const Eigen::MatrixXd q =
-      machine.run(StateVector::Zero(2), time, machine.drives(time, input), 0, time.size() - 1, 0.005, {none, idle});
+      machine.run(StateVector::Zero(2), time, machine.drives(time, input), 0, time.size() - 1, 0.005, {{}, idle});
   for (std::size_t k = 0; k < time.size(); ++k) {  // v' = force (1 - exp(-t / lag))
     const double t = time[k], moved = 0.5 * t * t - lag * t - lag * lag * std::expm1(-t / lag);
     CHECK(q(static_cast<Eigen::Index>(k), 0) == Approx(force * moved).margin(kRounding));

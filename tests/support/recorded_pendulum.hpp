@@ -28,7 +28,7 @@ inline Measured record(const Machine& machine, double gap, std::uint64_t seed, d
   }
   StateVector start(2);
   start << 0.3, 0.0;
-  const HiddenStates hidden{JointVector::Zero(1), JointVector::Constant(1, (part - 1.0) * input(0, 0))};
+  const HiddenStates hidden{{}, JointVector::Constant(1, (part - 1.0) * input(0, 0))};
   const Eigen::MatrixXd q = machine.run(start, time, machine.drives(time, input), 0, 1199, 1e-3, hidden);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index k = 0; k < 1200; ++k) {

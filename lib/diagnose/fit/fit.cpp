@@ -85,9 +85,10 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
   current.effects = std::move(effects);
   current.unknowns = list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data,
                                    problem.excitation.paths());
-  const Machine machine(current.plant, current.effects);
+  const std::vector<Machine> list = machines(current.plant, current.effects, problem.data.size());
   for (const Segment& window : problem.response.windows()) {
-    current.starts.push_back(first_start(window, problem.excitation.paths()[window.recording], machine));
+    const std::size_t r = window.recording;
+    current.starts.push_back(first_start(window, problem.excitation.paths()[r], list[r]));
   }
   Eigen::VectorXd values = values_of(current);
   for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -96,12 +97,7 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
   }
   assign(current, values);
   for (std::size_t w = 0; w < starts.size(); ++w) {
-    const Eigen::Index states = 2 * joints(current.plant);
-    if (starts[w].size() == current.starts[w].size()) {
-      current.starts[w] = starts[w];
-    } else {
-      current.starts[w].head(states) = starts[w].head(states);
-    }
+    hand_down(starts[w], joints(current.plant), current.starts[w]);
   }
   simulate(problem, current, starts.empty() ? 2 : 0);
   return current;

@@ -46,7 +46,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
   std::vector<Eigen::MatrixXd> hidden;
   for (std::size_t r = 0; r < data.size(); ++r) {
     drives.push_back(drives_of(list[r], data[r]));
-    hidden.push_back(list[r].hidden_states(data[r].time, paths[r].velocity));
+    hidden.push_back(list[r].hidden_states(data[r].time, paths[r].position, paths[r].velocity, drives[r]));
     result.simulated.push_back(Eigen::MatrixXd::Constant(data[r].position.rows(), n, std::nan("")));
     result.velocity.push_back(result.simulated.back());
   }

@@ -64,16 +64,12 @@ Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
   if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), on_sensor)) {
     slopes += problem.response.measured(effect.measured);
   }
+  renew_priors(fit.unknowns, fit.effects);
   for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
     Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
     if (unknown.prior_deviation <= 0.0) {
       unknown.prior_deviation =
           on_sensor(unknown) ? kPriorShare : kPriorShare * nominal / std::max(effect.rms[i], 1e-12 * nominal);
-    }
-    if (unknown.name == "static") {  // friction at rest is seldom more than three times that in motion
-      const auto& law = std::get<StribeckFriction>(fit.effects[static_cast<std::size_t>(unknown.effect)].form);
-      unknown.prior_mean = law.coulomb;
-      unknown.prior_deviation = std::max(law.coulomb, 0.5 * law.static_level);
     }
   }
   return slopes;

@@ -10,17 +10,18 @@ namespace bayesctrl {
 Runs::Runs(const FitProblem& problem, const Fit& fit)
     : problem_(problem), joints_(joints(fit.plant)), machines_(machines(fit.plant, fit.effects, problem.data.size())) {
   const std::vector<Segment>& windows = problem.response.windows();
-  std::vector<std::map<std::size_t, JointVector>> known(problem.data.size());
+  std::vector<std::map<std::size_t, HiddenVector>> known(problem.data.size());
   for (std::size_t w = 0; w < fit.starts.size(); ++w) {
     if (fit.starts[w].size() <= 2 * joints_ || !windows[w].after_gap) continue;
-    known[windows[w].recording][windows[w].first] = fit.starts[w].segment(2 * joints_, joints_);
+    known[windows[w].recording][windows[w].first] =
+        fit.starts[w].segment(2 * joints_, fit.starts[w].size() - 3 * joints_);
   }
   std::vector<Eigen::MatrixXd> effects;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
     drives_.push_back(drives_of(machines_[r], problem.data[r]));
-    const Eigen::MatrixXd& v = problem.excitation.paths()[r].velocity;
-    effects.push_back(machines_[r].has_hidden_states() ? machines_[r].hidden_states(problem.data[r].time, v, known[r])
-                                                       : Eigen::MatrixXd::Zero(v.rows(), v.cols()));
+    const Trajectory& path = problem.excitation.paths()[r];
+    effects.push_back(
+        machines_[r].hidden_states(problem.data[r].time, path.position, path.velocity, drives_[r], known[r]));
   }
   JointVector lags = JointVector::Zero(joints_);
   double since = 0.0;

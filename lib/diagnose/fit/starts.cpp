@@ -65,12 +65,13 @@ bool recover(const FitProblem& problem, Fit& fit) {
   }
   if (astray.empty() || kFew * astray.size() > windows.size()) return false;
   const Runs runs(problem, fit);
-  const Machine machine(fit.plant, fit.effects);
+  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data.size());
   const Eigen::Index states = 2 * joints(fit.plant);
   const double before = fit.squares;
   for (const std::size_t w : astray) {
     WindowStart anew = fit.starts[w];
-    anew.head(states) = first_start(windows[w], problem.excitation.paths()[windows[w].recording], machine).head(states);
+    const std::size_t r = windows[w].recording;
+    anew.head(states) = first_start(windows[w], problem.excitation.paths()[r], list[r]).head(states);
     for (const WindowStart& from : {WindowStart(fit.starts[w]), anew}) {
       try {
         improve(problem, runs, fit, w, from);

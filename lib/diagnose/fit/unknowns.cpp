@@ -3,20 +3,42 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
 
+namespace {
+
+/// An amount as a number, for a parameter that is admitted in `range` of an effect in a joint that moves so.
+double number_of(const Amount& amount, const Range& range, const Survey& s) {
+  const auto longest = [&] { return *std::max_element(s.durations.begin(), s.durations.end()); };
+  switch (amount.of) {
+    case Measure::one:
+      return amount.times;
+    case Measure::admitted:
+      return amount.times * (range.high - range.low);
+    case Measure::period:
+      return amount.times * s.period;
+    case Measure::rate:
+      return amount.times / s.period;
+    case Measure::duration:
+      return amount.times * longest();
+    case Measure::per_duration:
+      return amount.times / longest();
+    case Measure::positions:
+      return amount.times * (s.highest - s.lowest);
+  }
+  return amount.times;
+}
+
+}  // namespace
+
 std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const std::vector<Effect>& effects,
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths) {
   std::vector<Unknown> unknowns;
-  const double period = shortest_sample_period(data);
-  double longest = 0.0;
-  for (const Measured& m : data) longest = std::max(longest, m.time.back());
   for (const std::string& name : free) {
     Unknown unknown{-1, name, parameter(plant, name)};
     const Range range = parameter_info(plant, name).range;
@@ -28,44 +50,33 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const
     unknowns.push_back(unknown);
   }
   for (std::size_t e = 0; e < effects.size(); ++e) {
+    const Survey region = survey(data, paths, effects[e].joint);
     for (const auto& [name, value, info] : parameters(effects[e].form)) {
-      Unknown unknown{static_cast<int>(e), std::string(name), value, info.range.low, info.range.high};
-      const bool angle = name == "phase" || name == "centre";
-      unknown.step = std::max(1e-6, 0.01 * std::abs(value));
-      if (angle) unknown.step = 0.01;
-      if (name == "time") unknown.step = 2.0 * period;
-      if (name == "delay") unknown.step = std::max(0.5 * period, 0.05 * value);
-      if (name == "order" || name == "frequency") unknown.step = 1e-3;
-      if (name == "order") {  // of the catalogue; slower ones are springs
-        unknown.low = 2.0;
-        unknown.high = 30.0;
-      }
-      if (name == "frequency") {
-        unknown.low = 1.0 / longest;
-        unknown.high = std::numbers::pi / period;
-      }
-      if (name == "time") {
-        unknown.low = 0.0;
-        unknown.high = longest;
-      }
+      const SearchInfo& search = info.search;
+      const auto number = [&, &range = info.range](const Amount& amount) { return number_of(amount, range, region); };
+      Unknown unknown{static_cast<int>(e), std::string(name), value};
+      unknown.low = std::max(info.range.low, number(search.low));
+      unknown.high = std::min(info.range.high, number(search.high));
       if (info.range.low_open) unknown.low += 1e-9;
-      unknown.prior_deviation = 0.0;  // by what it does
-      if (angle) unknown.prior_deviation = 2.0;
-      if (name == "time") unknown.prior_deviation = 0.3 * longest;
-      if (name == "frequency") unknown.prior_deviation = 20.0;
-      if (name == "position") {
-        const Survey s = survey(data, paths, effects[e].joint);
-        unknown.prior_deviation = 0.3 * (s.highest - s.lowest);
-      }
-      if (info.range.low > -kInfinity && info.range.high < kInfinity && name != "gain" && name != "angle" &&
-          name != "scale") {
-        unknown.prior_deviation = 0.3 * (info.range.high - info.range.low);
-      }
-      if (name == "gain" || name == "scale") unknown.prior_mean = 1.0;
+      unknown.step = std::max(number(search.step), search.share * std::abs(value));
+      unknown.prior_mean = search.mean;
+      unknown.prior_deviation = number(search.deviation);
       unknowns.push_back(unknown);
     }
   }
   return unknowns;
+}
+
+void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& effects) {
+  for (Unknown& unknown : unknowns) {
+    if (unknown.effect < 0) continue;
+    for (const auto& [name, value, info] : parameters(effects[static_cast<std::size_t>(unknown.effect)].form)) {
+      const auto& [times, of] = info.search.deviation;
+      if (name != unknown.name) continue;
+      unknown.prior_mean = info.search.mean;
+      if (of == Measure::one && times > 0.0) unknown.prior_deviation = times;  // recordings measure the same as before
+    }
+  }
 }
 
 Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& slope,

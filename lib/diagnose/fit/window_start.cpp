@@ -18,16 +18,24 @@ constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the
 WindowStart first_start(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
   const Eigen::Index n = path.position.cols();
-  const bool unknown = (machine.has_hidden_states() && window.after_gap) || (machine.has_lags() && window.opens);
-  WindowStart start = WindowStart::Zero((unknown ? 4 : 2) * n);
+  const bool unknown = (machine.hidden_count() > 0 && window.after_gap) || (machine.has_lags() && window.opens);
+  WindowStart start = WindowStart::Zero(2 * n + (unknown ? machine.hidden_count() + n : 0));
   start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
   return start;
+}
+
+void hand_down(const WindowStart& found, int joint_count, WindowStart& start) {
+  const Eigen::Index n = joint_count, states = 2 * n;
+  start.head(states) = found.head(states);
+  if (start.size() == states || found.size() == states) return;
+  start.tail(n) = found.tail(n);
+  if (start.size() == found.size()) start = found;
 }
 
 HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, HiddenStates known) {
   const Eigen::Index n = known.lags.size();
   if (start.size() > 2 * n) {
-    if (window.after_gap) known.effects = start.segment(2 * n, n);
+    if (window.after_gap) known.effects = start.segment(2 * n, start.size() - 3 * n);
     known.lags = start.tail(n);
   }
   return known;
@@ -38,7 +46,7 @@ WindowStart precision_of(const WindowStart& start, const Measured& data) {
   const Eigen::Index n = data.input.cols();
   if (start.size() > 2 * n) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      precision[3 * n + j] =
+      precision[start.size() - n + j] =
           1.0 / std::max(1e-12, data.input.col(j).squaredNorm() / static_cast<double>(data.samples()));
     }
   }

@@ -8,7 +8,7 @@
 namespace bayesctrl {
 
 /// State at the first sample of a window: [q, v] and, where they are not known, the hidden states of effects and lags.
-using WindowStart = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4 * kMaxJoints, 1>;
+using WindowStart = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kMaxJoints + kMaxHidden, 1>;
 
 /// Step of differences by a start.
 inline constexpr double kStartStep = 1e-5;
@@ -18,8 +18,12 @@ inline constexpr double kStartStep = 1e-5;
 WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest, WindowStart start, int rounds,
                       const WindowStart& precision);
 
-/// A first guess from a known motion. Presliding is not known after a gap, a lag nowhere before the first sample.
+/// A first guess from a known motion. Effects' states are not known after a gap, a lag nowhere before the first sample.
 WindowStart first_start(const Segment& window, const Trajectory& path, const Machine& machine);
+
+/// Puts a start that another model has found into the start of a model with so many joints, as far as both know the
+/// same.
+void hand_down(const WindowStart& found, int joint_count, WindowStart& start);
 
 /// The hidden states of a start, where it has them; else what is known of them.
 HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, HiddenStates known);

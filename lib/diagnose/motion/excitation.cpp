@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "diagnose/motion/hidden_torque.hpp"
 #include "physics/machine/drive.hpp"
 
 namespace bayesctrl {
@@ -96,17 +97,9 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
         } else if constexpr (InertiaEffect<E>) {
           add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
         } else if constexpr (HiddenStateEffect<E>) {
-          double z = 0.0;
-          add([&](const Point& p) {
-            const double h = std::min(kLongestStep, (m.time.back() - m.time.front()) / double(steps * parts_));
-            const double settling = form.settling_rate(p.v[j]);
-            // Towards where z' = 0, exactly for a constant velocity.
-            const double push = form.rate(p.v[j], 0.0);
-            const double decay = std::exp(-settling * h);
-            const double before = z;
-            z = settling * h > 1e-9 ? push / settling + (z - push / settling) * decay : z + push * h;
-            return form.torque_of(0.5 * (before + z));
-          });
+          const double h = std::min(kLongestStep, (m.time.back() - m.time.front()) / double(steps * parts_));
+          const std::function<double(const JointState&)> torque = hidden_torque(form, h);
+          add([&](const Point& p) { return torque(seen(p)); });
         } else if constexpr (TiltEffect<E>) {
           JointVector tilt = JointVector::Zero(joints_);
           tilt[j] = form.tilt();

@@ -22,13 +22,30 @@ std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& s
   return list;
 }
 
-/// The effect that shows the same on one plant or another. A fit brings it into its range.
-std::optional<EffectForm> twin(const EffectForm& form) {
-  if (const auto* tilt = std::get_if<GravityTilt>(&form)) return SensorOffset{-tilt->angle};
-  if (const auto* offset = std::get_if<SensorOffset>(&form)) return GravityTilt{-offset->angle};
-  if (const auto* sensor = std::get_if<SensorScale>(&form)) return InputGain{sensor->scale};
-  if (const auto* input = std::get_if<InputGain>(&form)) return SensorScale{input->gain};
-  return {};
+/// A law of dry friction and the laws that reduce to it, of each the middle one of its starts; with none, nothing.
+std::vector<EffectForm> dry_laws(const EffectForm& simplest) {
+  std::vector<EffectForm> laws{simplest};
+  std::visit(
+      [&]<class Simple>(const Simple& law) {
+        for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+          if constexpr (DryFriction<Simple> && requires { E::extending(law); }) {
+            const std::vector<E> starts = E::extending(law);
+            laws.emplace_back(starts[starts.size() / 2]);
+          }
+        });
+      },
+      simplest);
+  return laws.size() > 1 ? laws : std::vector<EffectForm>{};
+}
+
+/// A law whose torque is a part of that of another.
+EffectForm part_of(const EffectForm& form, double part) {
+  return std::visit(
+      [&]<class E>(const E& law) -> EffectForm {
+        if constexpr (requires { law.scaled(part); }) return law.scaled(part);
+        return law;
+      },
+      form);
 }
 
 }  // namespace
@@ -80,20 +97,12 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
     std::vector<Effect> plain = set;
     while (simplify(plain[e].form)) {
     }
-    const auto* coulomb = std::get_if<CoulombFriction>(&plain[e].form);
-    if (coulomb == nullptr) continue;
-    const CoulombFriction second{kSecondLaw * coulomb->level};
-    std::vector<EffectForm> others{*coulomb}, more{second};
-    for (const auto& [law, laws] : {std::pair{*coulomb, &others}, {second, &more}}) {
-      laws->push_back(StribeckFriction::extending(law)[1]);
-      laws->push_back(PreslidingHysteresis::extending(law)[1]);
-    }
-    for (const EffectForm& form : others) {
+    for (const EffectForm& form : dry_laws(plain[e].form)) {
       std::vector<Effect> swapped = set;
       swapped[e].form = form;
       if (form.index() != set[e].form.index()) list.push_back(std::move(swapped));
     }
-    for (const EffectForm& form : more) {
+    for (const EffectForm& form : dry_laws(part_of(plain[e].form, kSecondLaw))) {
       std::vector<Effect> larger = set;
       larger.push_back({form, set[e].joint, -1});
       if (form.index() != set[e].form.index() && larger.size() <= 3) list.push_back(std::move(larger));

@@ -26,9 +26,8 @@ std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Eff
 /// the screen cannot tell them apart.
 std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set);
 
-/// Sets in which a tilt against gravity is an offset of the sensor instead, or a gain of the input a scale of the
-/// sensor, or the other way round: of a pendulum, or of a mass, the same motion is measured, and an answer has to say
-/// both.
+/// Sets in which an effect's twin stands in its place, such as an offset of the sensor in that of a tilt: on one plant
+/// or another the same motion is measured, and an answer has to say both.
 std::vector<std::vector<Effect>> twins(const std::vector<Effect>& set);
 
 /// Parameters for one set from those of another: a larger one, one with a simpler or richer law, or a twin. Empty for

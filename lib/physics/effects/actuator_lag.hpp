@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -12,7 +14,7 @@ struct ActuatorLag {
   double time_constant = 0.01;
 
   static void fields(auto& self, auto&& field) {
-    field("time_constant", self.time_constant, {between(0.001, 0.5), "s", "of the lag", kRequired});
+    field("time_constant", self.time_constant, {between(0.001, 0.5), "s", "of the lag", kRequired, kAnyAdmitted});
   }
 
   double lag() const { return time_constant; }
@@ -25,6 +27,7 @@ struct ActuatorLag {
   static ActuatorLag combined(const Shape<ActuatorLag>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].time_constant};
   }
+  static ActuatorLag drawn(auto&& /*uniform*/, const DrawScales& s) { return {std::clamp(s.strength, 0.001, 0.5)}; }
 
   bool operator==(const ActuatorLag&) const = default;
 };

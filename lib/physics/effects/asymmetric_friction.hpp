@@ -32,6 +32,10 @@ struct AsymmetricFriction {
   static AsymmetricFriction combined(const Shape<AsymmetricFriction>& /*shape*/, std::span<const double> c) {
     return {c[0], c[1]};
   }
+  static AsymmetricFriction drawn(auto&& uniform, const DrawScales& s) {
+    const double drag = s.strength * s.torque / s.speed;
+    return {drag, drag * uniform(0.1, 0.6)};
+  }
 
   bool operator==(const AsymmetricFriction&) const = default;
 };

@@ -28,6 +28,7 @@ struct Backlash {
   static Backlash combined(const Shape<Backlash>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].width};
   }
+  static Backlash drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.input}; }
 
   bool operator==(const Backlash&) const = default;
 };

@@ -13,14 +13,20 @@ struct CoggingTorque {
   static constexpr std::string_view kEquation = "torque += {amplitude} sin({order} q + {phase})";
   static constexpr std::string_view kText =
       "a torque that pulses with the rotor's position, from magnets or gear teeth";
+  static constexpr bool kNeedsTurning = true;
   double amplitude = 0.1;
   double order = 6.0;
   double phase = 0.0;
 
   static void fields(auto& self, auto&& field) {
     field("amplitude", self.amplitude, {kPositive, "N m", "of the pulsation", kRequired});
-    field("order", self.order, {between(2.0, 30.0), "", "pulses per turn", kRequired});
-    field("phase", self.phase, {kAny, "rad", "at q = 0", kRequired});
+    field("order", self.order,
+          {between(2.0, 30.0),
+           "",
+           "pulses per turn",
+           kRequired,
+           {.deviation = {0.3, Measure::admitted}, .step = {1e-3}, .share = 0.0}});
+    field("phase", self.phase, {kAny, "rad", "at q = 0", kRequired, kAngle});
   }
 
   double torque_at(const JointState& s) const { return amplitude * std::sin(order * s.position + phase); }
@@ -37,6 +43,9 @@ struct CoggingTorque {
   }
   static CoggingTorque combined(const Shape<CoggingTorque>& shape, std::span<const double> c) {
     return {std::hypot(c[0], c[1]), shape.members[0].order, std::atan2(c[1], c[0])};
+  }
+  static CoggingTorque drawn(auto&& uniform, const DrawScales& s) {
+    return {s.strength * s.torque, std::round(uniform(3.0, 20.0)), uniform(0.0, 2.0 * std::numbers::pi)};
   }
 
   bool operator==(const CoggingTorque&) const = default;

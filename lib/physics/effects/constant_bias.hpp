@@ -18,6 +18,9 @@ struct ConstantBias {
 
   static std::vector<Shape<ConstantBias>> shapes(const Survey& /*s*/) { return {{{{1.0}}}}; }
   static ConstantBias combined(const Shape<ConstantBias>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+  static ConstantBias drawn(auto&& uniform, const DrawScales& s) {
+    return {drawn_sign(uniform) * s.strength * s.torque};
+  }
 
   bool operator==(const ConstantBias&) const = default;
 };

@@ -10,6 +10,7 @@ struct CouplingTorque {
   static constexpr std::string_view kEquation = "torque -= {stiffness} (q - q of the neighbouring joint)";
   static constexpr std::string_view kText =
       "a belt, cable or gear that pulls this joint towards the position of its neighbour";
+  static constexpr int kLeastJoints = 2;
   double stiffness = 0.1;
 
   static void fields(auto& self, auto&& field) {
@@ -19,10 +20,11 @@ struct CouplingTorque {
   double torque_at(const JointState& s) const { return -stiffness * (s.position - s.neighbour); }
 
   static std::vector<Shape<CouplingTorque>> shapes(const Survey& s) {
-    if (s.joints < 2) return {};
+    if (s.joints < kLeastJoints) return {};
     return {{{{1.0}}, 1}};
   }
   static CouplingTorque combined(const Shape<CouplingTorque>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+  static CouplingTorque drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.torque / s.range}; }
 
   bool operator==(const CouplingTorque&) const = default;
 };

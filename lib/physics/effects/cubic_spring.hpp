@@ -20,6 +20,9 @@ struct CubicSpring {
 
   static std::vector<Shape<CubicSpring>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
   static CubicSpring combined(const Shape<CubicSpring>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+  static CubicSpring drawn(auto&& /*uniform*/, const DrawScales& s) {
+    return {s.strength * s.torque / (s.range * s.range * s.range)};
+  }
 
   bool operator==(const CubicSpring&) const = default;
 };

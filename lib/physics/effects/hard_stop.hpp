@@ -17,7 +17,8 @@ struct HardStop {
   double damping = 1.0;
 
   static void fields(auto& self, auto&& field) {
-    field("position", self.position, {kAny, "rad", "where it begins", kRequired});
+    field("position", self.position,
+          {kAny, "rad", "where it begins", kRequired, {.deviation = {0.3, Measure::positions}}});
     field("stiffness", self.stiffness, {kPositive, "N m/rad", "of the stop", kRequired});
     field("damping", self.damping, {kPositive, "N m s/rad", "of the stop", kRequired});
   }
@@ -46,6 +47,10 @@ struct HardStop {
     stop.stiffness = c[0];
     stop.damping = c[1];
     return stop;
+  }
+  static HardStop drawn(auto&& uniform, const DrawScales& s) {
+    const double side = drawn_sign(uniform), stiffness = s.strength * s.torque / s.range;
+    return {side * uniform(0.2, 0.5) * s.range, stiffness, 0.05 * s.strength * s.torque / s.range};
   }
 
   bool operator==(const HardStop&) const = default;

@@ -27,6 +27,7 @@ struct InputDeadZone {
   static InputDeadZone combined(const Shape<InputDeadZone>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].width};
   }
+  static InputDeadZone drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.input}; }
 
   bool operator==(const InputDeadZone&) const = default;
 };

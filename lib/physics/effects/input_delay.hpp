@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -12,7 +14,12 @@ struct InputDelay {
   double delay = 0.02;
 
   static void fields(auto& self, auto&& field) {
-    field("delay", self.delay, {between(0.0, 0.2), "s", "of the input", kRequired});
+    field("delay", self.delay,
+          {between(0.0, 0.2),
+           "s",
+           "of the input",
+           kRequired,
+           {.deviation = {0.3, Measure::admitted}, .step = {0.5, Measure::period}, .share = 0.05}});
   }
 
   double delay_time() const { return delay; }
@@ -25,6 +32,7 @@ struct InputDelay {
   static InputDelay combined(const Shape<InputDelay>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].delay};
   }
+  static InputDelay drawn(auto&& /*uniform*/, const DrawScales& s) { return {std::min(s.strength, 0.2)}; }
 
   bool operator==(const InputDelay&) const = default;
 };

@@ -27,6 +27,9 @@ struct InputSaturation {
   static InputSaturation combined(const Shape<InputSaturation>& shape, std::span<const double> /*c*/) {
     return shape.members[0];
   }
+  static InputSaturation drawn(auto&& /*uniform*/, const DrawScales& s) {
+    return {s.input * std::max(0.02, 1.5 - s.strength)};
+  }
 
   bool operator==(const InputSaturation&) const = default;
 };

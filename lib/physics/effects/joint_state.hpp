@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,6 +44,47 @@ struct Shape {
   int recording = -1;                         // the only one in which it acts; -1: all
   double low = -kInfinity, high = kInfinity;  // bounds of every coefficient
 };
+
+/// The machine for which an effect is drawn.
+struct DrawScales {
+  double strength = 0.1;  // of the effect, from 0 (absent) on
+  double torque = 1.0;    // that moves the joint,
+  double input = 1.0;     // the largest that it is given,
+  double range = 1.0;     // its positions,
+  double speed = 3.0;     // and how fast it goes
+  double duration = 1.0;  // s, of a recording
+};
+
+/// -1 or 1.
+double drawn_sign(auto&& uniform) { return uniform(-1.0, 1.0) < 0.0 ? -1.0 : 1.0; }
+
+/// Parameters that are angles, and those of which all admitted values are about as likely.
+inline constexpr SearchInfo kAngle{.deviation = {2.0}, .step = {0.01}, .share = 0.0, .cycle = 2.0 * std::numbers::pi};
+inline constexpr SearchInfo kAnyAdmitted{.deviation = {0.3, Measure::admitted}};
+
+/// The hidden state of an effect.
+template <std::size_t kCount>
+using HiddenState = std::array<double, kCount>;
+
+/// z after h seconds where z' is linear in z: `rate` now, and it settles at `settling_rate`.
+inline double relaxed(double z, double rate, double settling_rate, double h) {
+  const double decay = settling_rate * h;
+  return z + rate * (decay < 1e-6 ? h : h * -std::expm1(-decay) / decay);
+}
+
+/// z moved along a rate for h seconds; the mean rate of a classical Runge-Kutta step.
+template <std::size_t kCount>
+HiddenState<kCount> moved(HiddenState<kCount> z, const HiddenState<kCount>& rate, double h) {
+  for (std::size_t i = 0; i < kCount; ++i) z[i] += h * rate[i];
+  return z;
+}
+template <std::size_t kCount>
+HiddenState<kCount> mean_rate(const HiddenState<kCount>& a, const HiddenState<kCount>& b, const HiddenState<kCount>& c,
+                              const HiddenState<kCount>& d) {
+  HiddenState<kCount> mean;
+  for (std::size_t i = 0; i < kCount; ++i) mean[i] = (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0;
+  return mean;
+}
 
 /// `count` values from low to high in equal ratios; empty where there is no such interval.
 std::vector<double> spread(double low, double high, int count);

@@ -20,6 +20,7 @@ struct LinearSpring {
 
   static std::vector<Shape<LinearSpring>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
   static LinearSpring combined(const Shape<LinearSpring>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+  static LinearSpring drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.torque / s.range}; }
 
   bool operator==(const LinearSpring&) const = default;
 };

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
@@ -9,11 +11,13 @@ struct LoadDependentFriction {
   static constexpr std::string_view kName = "load_dependent_friction";
   static constexpr std::string_view kEquation = "torque -= {k} |tau_in - tau_ext| sign(v)";
   static constexpr std::string_view kText = "dry friction that grows with the load on gears and bearings";
+  static constexpr bool kFeelsLoad = true;
   double k = 0.05;
 
   static void fields(auto& self, auto&& field) {
     field("k", self.k,
-          {Range{.low = 0.0, .high = 1.0, .low_open = true, .high_open = true}, "", "share of the load", kRequired});
+          {Range{.low = 0.0, .high = 1.0, .low_open = true, .high_open = true}, "", "share of the load", kRequired,
+           kAnyAdmitted});
   }
 
   /// Magnitude while sliding, and the largest torque that it resists at rest.
@@ -24,6 +28,7 @@ struct LoadDependentFriction {
   static LoadDependentFriction combined(const Shape<LoadDependentFriction>& /*shape*/, std::span<const double> c) {
     return {c[0]};
   }
+  static LoadDependentFriction drawn(auto&& /*uniform*/, const DrawScales& s) { return {std::min(s.strength, 0.9)}; }
 
   bool operator==(const LoadDependentFriction&) const = default;
 };

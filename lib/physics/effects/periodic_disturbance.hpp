@@ -12,14 +12,24 @@ struct PeriodicDisturbance {
   static constexpr std::string_view kName = "periodic_disturbance";
   static constexpr std::string_view kEquation = "torque += {amplitude} sin({frequency} t + {phase})";
   static constexpr std::string_view kText = "a shaking from outside at a fixed frequency";
+  static constexpr bool kOfTime = true;
   double amplitude = 0.1;
   double frequency = 6.0;
   double phase = 0.0;
 
   static void fields(auto& self, auto&& field) {
     field("amplitude", self.amplitude, {kPositive, "N m", "of the disturbance", kRequired});
-    field("frequency", self.frequency, {kPositive, "rad/s", "below half the sampling rate", kRequired});
-    field("phase", self.phase, {kAny, "rad", "at the start of each recording", kRequired});
+    field("frequency", self.frequency,
+          {kPositive,
+           "rad/s",
+           "below half the sampling rate",
+           kRequired,
+           {.deviation = {20.0},
+            .step = {1e-3},
+            .share = 0.0,
+            .low = {1.0, Measure::per_duration},
+            .high = {std::numbers::pi, Measure::rate}}});
+    field("phase", self.phase, {kAny, "rad", "at the start of each recording", kRequired, kAngle});
   }
 
   double torque_at(const JointState& s) const { return amplitude * std::sin(frequency * s.time + phase); }
@@ -38,6 +48,9 @@ struct PeriodicDisturbance {
     return {std::hypot(c[0], c[1]), shape.members[0].frequency, std::atan2(c[1], c[0])};
   }
   static constexpr double kHighest = 60.0;  // rad/s, of the shapes; above, a search starts from the residual's lines
+  static PeriodicDisturbance drawn(auto&& uniform, const DrawScales& s) {
+    return {s.strength * s.torque, uniform(3.0, 30.0), uniform(0.0, 2.0 * std::numbers::pi)};
+  }
 
   bool operator==(const PeriodicDisturbance&) const = default;
 };

@@ -18,10 +18,21 @@ struct PreslidingHysteresis {
     field("level", self.level, {kPositive, "N m", "while sliding", kRequired});
   }
 
-  double torque_of(double z) const { return -stiffness * z; }
+  using State = HiddenState<1>;
+  double torque_of(const State& z, const JointState& /*s*/) const { return -stiffness * z[0]; }
   /// Rate at which z settles, 1/s: stiff while sliding fast.
-  double settling_rate(double velocity) const { return std::abs(velocity) * stiffness / level; }
-  double rate(double velocity, double z) const { return velocity - std::abs(velocity) * z * stiffness / level; }
+  double settling_rate(const JointState& s) const { return std::abs(s.velocity) * stiffness / level; }
+  State rate(const State& z, const JointState& s) const {
+    return {s.velocity - std::abs(s.velocity) * z[0] * stiffness / level};
+  }
+  State settled(const State& z, const JointState& s, double h) const {
+    return {relaxed(z[0], rate(z, s)[0], settling_rate(s), h)};
+  }
+  /// While it slides on in the same direction.
+  bool is_steady(const State& z, const JointState& s) const {
+    return std::abs(rate(z, s)[0]) < kSteady * std::abs(s.velocity);
+  }
+  static constexpr double kSteady = 1e-4;  // of the velocity, by which z still moves
 
   /// Without the give.
   CoulombFriction simpler() const { return {level}; }
@@ -37,6 +48,9 @@ struct PreslidingHysteresis {
   }
   static PreslidingHysteresis combined(const Shape<PreslidingHysteresis>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].stiffness, c[0]};
+  }
+  static PreslidingHysteresis drawn(auto&& uniform, const DrawScales& s) {
+    return {s.strength * s.torque / (uniform(0.01, 0.08) * s.range), s.strength * s.torque};
   }
 
   bool operator==(const PreslidingHysteresis&) const = default;

@@ -19,6 +19,9 @@ struct QuadraticDrag {
 
   static std::vector<Shape<QuadraticDrag>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
   static QuadraticDrag combined(const Shape<QuadraticDrag>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+  static QuadraticDrag drawn(auto&& /*uniform*/, const DrawScales& s) {
+    return {s.strength * s.torque / (s.speed * s.speed)};
+  }
 
   bool operator==(const QuadraticDrag&) const = default;
 };

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "physics/effects/joint_state.hpp"
+#include <algorithm>
+
+#include "physics/effects/input_gain.hpp"
 
 namespace bayesctrl {
 
@@ -12,13 +14,21 @@ struct SensorScale {
   double scale = 1.1;
 
   static void fields(auto& self, auto&& field) {
-    field("scale", self.scale, {between(0.7, 1.4), "", "of the sensor", kRequired});
+    field("scale", self.scale, {between(0.7, 1.4), "", "of the sensor", kRequired, {.mean = 1.0}});
   }
 
   double measured(double position) const { return scale * position; }
 
+  /// Of a mass the same is measured behind a motor that is stronger by as much.
+  InputGain twin() const { return {scale}; }
+  static SensorScale twin_of(const InputGain& other) { return {other.gain}; }
+
   static std::vector<Shape<SensorScale>> shapes(const Survey& /*s*/) { return {{{{2.0}}, 0, -1, -0.3, 0.4}}; }
   static SensorScale combined(const Shape<SensorScale>& /*shape*/, std::span<const double> c) { return {1.0 + c[0]}; }
+  static SensorScale drawn(auto&& uniform, const DrawScales& s) {
+    const double error = std::min(s.strength, 0.4);
+    return {drawn_sign(uniform) < 0.0 ? 1.0 / (1.0 + error) : 1.0 + error};
+  }
 
   bool operator==(const SensorScale&) const = default;
 };

@@ -19,10 +19,17 @@ struct StribeckFriction {
   double static_level = 0.2;
   double velocity = 0.1;
 
+  /// Friction at rest is seldom more than three times that in motion.
   static void fields(auto& self, auto&& field) {
     field("coulomb", self.coulomb, {kPositive, "N m", "friction at speed", kRequired});
-    field("static", self.static_level, {kPositive, "N m", "friction at rest", kRequired});
-    field("velocity", self.velocity, {between(0.01, 1.0), "rad/s", "speed at which it falls off", kRequired});
+    field("static", self.static_level,
+          {kPositive,
+           "N m",
+           "friction at rest",
+           kRequired,
+           {.mean = self.coulomb, .deviation = {std::max(self.coulomb, 0.5 * self.static_level)}}});
+    field("velocity", self.velocity,
+          {between(0.01, 1.0), "rad/s", "speed at which it falls off", kRequired, kAnyAdmitted});
   }
 
   std::string problem() const { return static_level >= coulomb ? "" : "static must be at least coulomb"; }
@@ -52,6 +59,10 @@ struct StribeckFriction {
   }
   static StribeckFriction combined(const Shape<StribeckFriction>& shape, std::span<const double> c) {
     return {c[0], c[0] + c[1], shape.members[0].velocity};
+  }
+  static StribeckFriction drawn(auto&& uniform, const DrawScales& s) {
+    const double level = s.strength * s.torque;
+    return {level, level * uniform(1.4, 2.5), uniform(0.05, 0.4)};
   }
 
   bool operator==(const StribeckFriction&) const = default;

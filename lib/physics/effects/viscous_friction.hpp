@@ -19,6 +19,7 @@ struct ViscousFriction {
 
   static std::vector<Shape<ViscousFriction>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
   static ViscousFriction combined(const Shape<ViscousFriction>& /*shape*/, std::span<const double> c) { return {c[0]}; }
+  static ViscousFriction drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.torque / s.speed}; }
 
   bool operator==(const ViscousFriction&) const = default;
 };

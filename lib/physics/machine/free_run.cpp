@@ -56,7 +56,7 @@ Recording run_with_effects(const Model& model, const StateVector& initial_state,
   if (samples == 0) return {time, Eigen::MatrixXd(0, n), Eigen::MatrixXd(0, n), inputs};
   Eigen::MatrixXd states;
   const Eigen::MatrixXd seen = machine.run(initial_state, time, machine.drives(time, inputs), 0, time.size() - 1, kStep,
-                                           {JointVector::Zero(n), JointVector::Zero(n)}, &states);
+                                           {{}, JointVector::Zero(n)}, &states);
   return {time, seen, states.rightCols(n), inputs};
 }
 

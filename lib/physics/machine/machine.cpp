@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace bayesctrl {
 
@@ -21,12 +22,17 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
           if constexpr (InertiaEffect<E>) added_inertia_[effect.joint] += form.added_inertia();
           if constexpr (TiltEffect<E>) tilt_[effect.joint] += form.tilt();
           if constexpr (LagEffect<E>) lag_[effect.joint] = form.lag();
-          if constexpr (HiddenStateEffect<E>) has_hidden_states_ = true;
           if constexpr (TimedEffect<E>) switch_times_.push_back(form.switch_time());
-          if constexpr (std::is_same_v<E, LoadDependentFriction>) bears_load_ = true;
+          if constexpr (LoadedEffect<E>) {
+            bears_load_ = true;
+            if constexpr (HiddenStateEffect<E>) load_drives_hidden_ = true;
+          }
         },
         effect.form);
+    slots_.push_back(hidden_count_);
+    hidden_count_ += bayesctrl::hidden_count(effect.form);
   }
+  if (hidden_count_ > kMaxHidden) throw std::invalid_argument("more hidden states than a machine may have");
   has_added_inertia_ = added_inertia_.any();
   has_tilt_ = tilt_.any();
   std::sort(switch_times_.begin(), switch_times_.end());
@@ -58,33 +64,6 @@ JointVector Machine::decayed(const JointVector& lags, double by) const {
     if (lag_[j] > 0.0) left[j] = lags[j] * std::exp(-by / lag_[j]);
   }
   return left;
-}
-
-Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity,
-                                       const std::map<std::size_t, JointVector>& known) const {
-  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(velocity.rows(), joints_);
-  for (const Effect& effect : effects_) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (HiddenStateEffect<E>) {
-            const int j = effect.joint;
-            constexpr int kParts = 8;
-            for (Eigen::Index k = 0; k + 1 < velocity.rows(); ++k) {
-              const double h = (time[static_cast<std::size_t>(k) + 1] - time[static_cast<std::size_t>(k)]) / kParts;
-              double at = z(k, j);
-              for (int i = 0; i < kParts; ++i) {
-                const double s = (i + 0.5) / kParts, v = (1.0 - s) * velocity(k, j) + s * velocity(k + 1, j);
-                const double decay = form.settling_rate(v) * h;
-                at += form.rate(v, at) * (decay < 1e-6 ? h : h * -std::expm1(-decay) / decay);
-              }
-              const auto given = known.find(static_cast<std::size_t>(k) + 1);
-              z(k + 1, j) = given == known.end() ? at : given->second[j];
-            }
-          }
-        },
-        effect.form);
-  }
-  return z;
 }
 
 }  // namespace bayesctrl

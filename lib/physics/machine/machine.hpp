@@ -15,8 +15,8 @@ namespace bayesctrl {
 
 /// States of a machine's joints beside [q, v].
 struct HiddenStates {
-  JointVector effects;  // those of effects (presliding)
-  JointVector lags;     // outputs of lags less what they are where the lag had settled on the recording's first input
+  HiddenVector effects;  // those of effects, in their order; none: all 0
+  JointVector lags;      // outputs of lags less what they are where the lag had settled on the recording's first input
 };
 
 /// A plant with additional physics: M(q) q'' = plant's torques + effects. Integrated by the classical Runge-Kutta
@@ -42,14 +42,15 @@ class Machine {
                       Eigen::MatrixXd* states = nullptr, const Remainder::Memory& memory = {}) const;
   Eigen::MatrixXd run(const StateVector& start, const std::vector<double>& time, const std::vector<Drive>& drives,
                       std::size_t first, std::size_t last, double max_step = 0.005) const {
-    return run(start, time, drives, first, last, max_step, {JointVector::Zero(joints_), JointVector::Zero(joints_)});
+    return run(start, time, drives, first, last, max_step, {{}, JointVector::Zero(joints_)});
   }
 
-  /// States of the joints' effects (samples x joints) along a known motion: 0 at its first sample, and `known` at the
-  /// samples that it names.
-  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& velocity,
-                                const std::map<std::size_t, JointVector>& known = {}) const;
-  bool has_hidden_states() const { return has_hidden_states_; }
+  /// Hidden states of the effects (samples x hidden_count) along a known motion: 0 at its first sample, and `known` at
+  /// the samples that it names.
+  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& position,
+                                const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives,
+                                const std::map<std::size_t, HiddenVector>& known = {}) const;
+  int hidden_count() const { return hidden_count_; }
 
   /// What is left of departures of the lags after `by` seconds.
   JointVector decayed(const JointVector& lags, double by) const;
@@ -73,6 +74,13 @@ class Machine {
   Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
                      const MotionOf<kJoints>& driven) const;
   template <int kJoints>
+  JointState seen(int joint, const StateOf<kJoints>& state, double t, const Load<kJoints>& on_bearings) const;
+  template <int kJoints>
+  Load<kJoints> load_on_hidden(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t) const;
+  template <int kJoints>
+  HiddenVector follow(const HiddenVector& begin, const StateOf<kJoints>& at, const Joints<kJoints>& input, double t,
+                      double by, HiddenVector* rates) const;
+  template <int kJoints>
   struct InputOver;
   template <int kJoints>
   Joints<kJoints> input_at(const Moment& moment, double t) const;
@@ -84,13 +92,17 @@ class Machine {
   template <int kJoints>
   double holding(const StateOf<kJoints>& state, const Moment& moment, int joint) const;
   template <int kJoints>
-  double fine_step(const StateOf<kJoints>& state, bool goes_on) const;
+  double fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const;
   template <int kJoints>
   StateOf<kJoints> step(const StateOf<kJoints>& state, const Moment& moment, double h) const;
   template <int kJoints>
   void settle(StateOf<kJoints>& state, Moment& moment) const;
   template <int kJoints>
   void advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const;
+  template <int kJoints>
+  void catch_up(Moment& moment) const;
+  template <int kJoints>
+  void settle_along(StateOf<kJoints>& state, const Joints<kJoints>& input, double t, double h) const;
   template <int kJoints>
   void advance_to(StateOf<kJoints>& state, Moment& moment, double goal, double max_step) const;
 
@@ -105,8 +117,10 @@ class Machine {
   JointSlots added_inertia_;            // per joint
   JointSlots tilt_;                     // per joint, rad
   JointSlots lag_;                      // per joint, s
-  bool bears_load_ = false;             // friction depends on the load of the joints
-  bool has_hidden_states_ = false;
+  bool bears_load_ = false;             // an effect depends on the load of the joints,
+  bool load_drives_hidden_ = false;     // one with a hidden state
+  int hidden_count_ = 0;                // of all effects
+  std::vector<int> slots_;              // of each effect: where its hidden state begins
   bool has_added_inertia_ = false, has_tilt_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing
 };

@@ -28,6 +28,61 @@ Machine::Load<kJoints> Machine::load(const StateOf<kJoints>& state, const Joints
   return result;
 }
 
+/// What the effects of one joint look at.
+template <int kJoints>
+JointState Machine::seen(int joint, const StateOf<kJoints>& state, double t, const Load<kJoints>& on_bearings) const {
+  return {state.q[joint],
+          state.v[joint],
+          t,
+          on_bearings.motor[joint],
+          on_bearings.external[joint],
+          state.q[neighbour_of(joint, kJoints)]};
+}
+
+/// The load, where a hidden state asks for it.
+template <int kJoints>
+Machine::Load<kJoints> Machine::load_on_hidden(const StateOf<kJoints>& state, const Joints<kJoints>& input,
+                                               double t) const {
+  if (!load_drives_hidden_) return {};
+  return load<kJoints>(state, input, t, motion_of<kJoints>(plant_, state.q, state.v, input, t));
+}
+
+/// The hidden states `begin` after `by` seconds in which the machine drives them as it does `at` a state.
+template <int kJoints>
+HiddenVector Machine::follow(const HiddenVector& begin, const StateOf<kJoints>& at, const Joints<kJoints>& input,
+                             double t, double by, HiddenVector* rates) const {
+  HiddenVector next = begin;
+  if (hidden_count_ == 0) return next;
+  const Load<kJoints> on_bearings = load_on_hidden<kJoints>(at, input, t);
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    std::visit(
+        [&]<class E>(const E& form) {
+          if constexpr (HiddenStateEffect<E>) {
+            const JointState joint = seen<kJoints>(effects_[e].joint, at, t, on_bearings);
+            follow_one(form, slots_[e], joint, begin, at.z, by, *rates, next);
+          }
+        },
+        effects_[e].form);
+  }
+  return next;
+}
+
+/// Hidden states after h seconds in which all else is constant.
+template <int kJoints>
+void Machine::settle_along(StateOf<kJoints>& state, const Joints<kJoints>& input, double t, double h) const {
+  const Load<kJoints> on_bearings = load_on_hidden<kJoints>(state, input, t);
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    std::visit(
+        [&]<class E>(const E& form) {
+          if constexpr (HiddenStateEffect<E>) {
+            const JointState joint = seen<kJoints>(effects_[e].joint, state, t, on_bearings);
+            put(state.z, slots_[e], settled(form, taken<E>(state.z, slots_[e]), joint, h));
+          }
+        },
+        effects_[e].form);
+  }
+}
+
 /// Inputs of all joints at time t.
 template <int kJoints>
 Joints<kJoints> Machine::input_at(const Moment& moment, double t) const {
@@ -80,20 +135,20 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
   if (!remainder_sum_.empty()) {
     torque += Joints<kJoints>(remainder_sum_.torque(moment.memory, q, v, input, t));
   }
-  for (const Effect& effect : effects_) {
-    const int j = effect.joint;
-    const JointState seen{q[j], v[j], t, on_bearings.motor[j], on_bearings.external[j], q[neighbour_of(j, kJoints)]};
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    const int j = effects_[e].joint;
+    const JointState here = seen<kJoints>(j, state, t, on_bearings);
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (TimedEffect<E>) {  // steps end at its switch: what holds at their beginning holds throughout
             torque[j] += form.torque_at({.time = moment.t});
           } else if constexpr (TorqueEffect<E>) {
-            torque[j] += form.torque_at(seen);
+            torque[j] += form.torque_at(here);
           }
-          if constexpr (DryFriction<E>) friction[j] += form.sliding(seen);
-          if constexpr (HiddenStateEffect<E>) torque[j] += form.torque_of(state.z[j]);
+          if constexpr (DryFriction<E>) friction[j] += form.sliding(here);
+          if constexpr (HiddenStateEffect<E>) torque[j] += form.torque_of(taken<E>(state.z, slots_[e]), here);
         },
-        effect.form);
+        effects_[e].form);
   }
   for (int j = 0; j < kJoints; ++j) torque[j] -= moment.direction[static_cast<std::size_t>(j)] * friction[j];
 
@@ -141,18 +196,14 @@ double Machine::holding(const StateOf<kJoints>& state, const Moment& moment, int
     const Joints<kJoints> input = input_at<kJoints>(moment, moment.t);
     on_bearings = load<kJoints>(state, input, moment.t, motion_of<kJoints>(plant_, state.q, state.v, input, moment.t));
   }
-  const JointState seen{state.q[joint],
-                        0.0,
-                        moment.t,
-                        on_bearings.motor[joint],
-                        on_bearings.external[joint],
-                        state.q[neighbour_of(joint, kJoints)]};
+  JointState here = seen<kJoints>(joint, state, moment.t, on_bearings);
+  here.velocity = 0.0;
   double level = 0.0;
   for (const Effect& effect : effects_) {
     if (effect.joint != joint) continue;
     std::visit(
         [&]<class E>(const E& form) {
-          if constexpr (DryFriction<E>) level += form.holding(seen);
+          if constexpr (DryFriction<E>) level += form.holding(here);
         },
         effect.form);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "base/error.hpp"
 #include "base/format.hpp"
@@ -14,29 +15,34 @@ namespace {
 constexpr int kStopIterations = 30;     // of the search for the instant at which a joint stops
 constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands
 constexpr double kShortestStep = 3e-4;  // s
-constexpr double kSettled = 1e-4;       // of the velocity, by which a hidden state still moves
 constexpr int kMostStops = 16;          // within one step; beyond that joints that stand rest until its end
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
 }  // namespace
 
-/// Longest step that resolves hidden states. Those that have settled need none while the joint goes on in the same
+/// Longest step that resolves hidden states. Those that are steady need none while the joint goes on in the same
 /// direction.
 template <int kJoints>
-double Machine::fine_step(const StateOf<kJoints>& state, bool goes_on) const {
+double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const {
   double limit = kInfinity;
-  if (!has_hidden_states_) return limit;
-  for (const Effect& effect : effects_) {
+  if (hidden_count_ == 0) return limit;
+  Load<kJoints> on_bearings;
+  if (load_drives_hidden_) {
+    on_bearings = load_on_hidden<kJoints>(state, input_at<kJoints>(moment, moment.t), moment.t);
+  }
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
     std::visit(
         [&]<class E>(const E& form) {
           if constexpr (HiddenStateEffect<E>) {
-            const double v = state.v[effect.joint];
-            if (goes_on && std::abs(form.rate(v, state.z[effect.joint])) < kSettled * std::abs(v)) return;
-            limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(v)));
+            const JointState here = seen<kJoints>(effects_[e].joint, state, moment.t, on_bearings);
+            if constexpr (requires { form.is_steady(taken<E>(state.z, 0), here); }) {
+              if (goes_on && form.is_steady(taken<E>(state.z, slots_[e]), here)) return;
+            }
+            limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(here)));
           }
         },
-        effect.form);
+        effects_[e].form);
   }
   return std::max(limit, kShortestStep);
 }
@@ -44,37 +50,33 @@ double Machine::fine_step(const StateOf<kJoints>& state, bool goes_on) const {
 /// One Runge-Kutta step of length h in the present regime.
 template <int kJoints>
 Machine::StateOf<kJoints> Machine::step(const StateOf<kJoints>& state, const Moment& moment, double h) const {
-  // Hidden states follow z' = rate(v, z), linear in z, exactly for a velocity that is constant within the step.
-  const auto settled = [&](const Joints<kJoints>& v, double by) {
-    Joints<kJoints> z = state.z;
-    if (!has_hidden_states_) return z;
-    for (const Effect& effect : effects_) {
-      std::visit(
-          [&]<class E>(const E& form) {
-            if constexpr (HiddenStateEffect<E>) {
-              const double speed = v[effect.joint], decay = form.settling_rate(speed) * by;
-              const double weight = decay < 1e-6 ? by : by * -std::expm1(-decay) / decay;
-              z[effect.joint] += form.rate(speed, z[effect.joint]) * weight;
-            }
-          },
-          effect.form);
-    }
-    return z;
-  };
-  const auto moved = [&](const Joints<kJoints>& dq, const Joints<kJoints>& dv, const Joints<kJoints>& z, double by) {
-    return StateOf<kJoints>{state.q + by * dq, state.v + by * dv, z};
-  };
-  const double t = moment.t;
+  const double t = moment.t, half = t + 0.5 * h;
   const InputOver<kJoints> u = input_over<kJoints>(moment, h);
-  const Joints<kJoints> a1 = acceleration<kJoints>(state, u.middle - u.half_rise, moment, t, nullptr);
-  const StateOf<kJoints> s2 = moved(state.v, a1, settled(state.v, 0.5 * h), 0.5 * h);
-  const Joints<kJoints> a2 = acceleration<kJoints>(s2, u.middle, moment, t + 0.5 * h, nullptr);
-  const StateOf<kJoints> s3 = moved(s2.v, a2, settled(s2.v, 0.5 * h), 0.5 * h);
-  const Joints<kJoints> a3 = acceleration<kJoints>(s3, u.middle, moment, t + 0.5 * h, nullptr);
-  const StateOf<kJoints> s4 = moved(s3.v, a3, settled(s3.v, h), h);
-  const Joints<kJoints> a4 = acceleration<kJoints>(s4, u.middle + u.half_rise, moment, t + h, nullptr);
-  const Joints<kJoints> mean = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
-  return moved(mean, (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0, settled(mean, h), h);
+  const Joints<kJoints> first = u.middle - u.half_rise, last = u.middle + u.half_rise;
+  HiddenVector k1(hidden_count_), k2(hidden_count_), k3(hidden_count_), k4(hidden_count_);
+  // Hidden states that can say how they settle follow the velocities of the stages.
+  const auto moved = [&](const StateOf<kJoints>& at, const Joints<kJoints>& input, double when,
+                         const Joints<kJoints>& dv, double by, HiddenVector& rates) {
+    return StateOf<kJoints>{state.q + by * at.v, state.v + by * dv,
+                            follow<kJoints>(state.z, at, input, when, by, &rates)};
+  };
+  const Joints<kJoints> a1 = acceleration<kJoints>(state, first, moment, t, nullptr);
+  const StateOf<kJoints> s2 = moved(state, first, t, a1, 0.5 * h, k1);
+  const Joints<kJoints> a2 = acceleration<kJoints>(s2, u.middle, moment, half, nullptr);
+  const StateOf<kJoints> s3 = moved(s2, u.middle, half, a2, 0.5 * h, k2);
+  const Joints<kJoints> a3 = acceleration<kJoints>(s3, u.middle, moment, half, nullptr);
+  const StateOf<kJoints> s4 = moved(s3, u.middle, half, a3, h, k3);
+  const Joints<kJoints> a4 = acceleration<kJoints>(s4, last, moment, t + h, nullptr);
+  const Joints<kJoints> v = (state.v + 2.0 * s2.v + 2.0 * s3.v + s4.v) / 6.0;
+  const Joints<kJoints> a = (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0;
+  StateOf<kJoints> next{state.q + h * v, state.v + h * a, {}};
+  if (hidden_count_ > 0) {
+    follow<kJoints>(state.z, s4, last, t + h, h, &k4);
+    k1 = (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
+    const StateOf<kJoints> mean{(state.q + 2.0 * s2.q + 2.0 * s3.q + s4.q) / 6.0, v, {}};
+    next.z = follow<kJoints>(state.z, mean, u.middle, half, h, &k1);
+  }
+  return next;
 }
 
 /// Decides for each joint that stands still whether friction holds it, else in which direction it breaks away.
@@ -118,10 +120,10 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
   settle(state, moment);
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
     const double left = end - moment.t;
-    double h = left / std::ceil(left / std::min(max_step, fine_step(state, true)));
+    double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, true)));
     StateOf<kJoints> next = step(state, moment, h);
-    if (has_hidden_states_ && (next.v.array() * state.v.array() <= 0.0).any()) {
-      h = left / std::ceil(left / std::min(max_step, fine_step(state, false)));
+    if (hidden_count_ > 0 && (next.v.array() * state.v.array() <= 0.0).any()) {
+      h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, false)));
       next = step(state, moment, h);
     }
 
@@ -175,19 +177,22 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
   moment.t = end;
 }
 
+/// The segments of the drives at moment.t.
+template <int kJoints>
+void Machine::catch_up(Moment& moment) const {
+  for (int j = 0; j < kJoints; ++j) {
+    const auto slot = static_cast<std::size_t>(j);
+    const std::vector<double>& switches = (*moment.drives)[slot].switches();
+    while (moment.segment[slot] + 1 < switches.size() && switches[moment.segment[slot] + 1] <= moment.t) {
+      ++moment.segment[slot];
+    }
+  }
+}
+
 /// From moment.t to `goal`, across switches of the drives and timed effects.
 template <int kJoints>
 void Machine::advance_to(StateOf<kJoints>& state, Moment& moment, double goal, double max_step) const {
-  const auto catch_up = [&] {
-    for (int j = 0; j < kJoints; ++j) {
-      const auto slot = static_cast<std::size_t>(j);
-      const std::vector<double>& switches = (*moment.drives)[slot].switches();
-      while (moment.segment[slot] + 1 < switches.size() && switches[moment.segment[slot] + 1] <= moment.t) {
-        ++moment.segment[slot];
-      }
-    }
-  };
-  catch_up();
+  catch_up<kJoints>(moment);
   while (moment.t < goal) {
     double end = goal;
     for (int j = 0; j < kJoints; ++j) {
@@ -198,14 +203,14 @@ void Machine::advance_to(StateOf<kJoints>& state, Moment& moment, double goal, d
     const auto timed = std::upper_bound(switch_times_.begin(), switch_times_.end(), moment.t);
     if (timed != switch_times_.end()) end = std::min(end, *timed);
     if (end > moment.t) advance(state, moment, end, max_step);
-    catch_up();
+    catch_up<kJoints>(moment);
   }
 }
 
 /// The same; the remainder then remembers what has happened in between.
 void Machine::advance_and_remember(State& state, Moment& moment, double goal, double max_step) const {
   with_joints(plant_, [&]<int kJoints>(const auto& /*plant*/, std::integral_constant<int, kJoints>) {
-    StateOf<kJoints> now{state.q.head<kJoints>(), state.v.head<kJoints>(), state.z.head<kJoints>()};
+    StateOf<kJoints> now{state.q.head<kJoints>(), state.v.head<kJoints>(), state.z};
     const StateOf<kJoints> before = now;
     const double since = moment.t;
     Joints<kJoints> input;
@@ -220,15 +225,47 @@ void Machine::advance_and_remember(State& state, Moment& moment, double goal, do
     }
     state.q.head<kJoints>() = now.q;
     state.v.head<kJoints>() = now.v;
-    state.z.head<kJoints>() = now.z;
+    state.z = now.z;
   });
+}
+
+Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& position,
+                                       const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives,
+                                       const std::map<std::size_t, HiddenVector>& known) const {
+  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(velocity.rows(), hidden_count_);
+  if (hidden_count_ == 0) return z;
+  constexpr int kParts = 8;  // of the time between two samples
+  with_joints(plant_, [&]<int kJoints>(const auto& /*plant*/, std::integral_constant<int, kJoints>) {
+    Moment moment;
+    moment.drives = &drives;
+    StateOf<kJoints> now{{}, {}, HiddenVector::Zero(hidden_count_)};
+    for (Eigen::Index k = 0; k + 1 < velocity.rows(); ++k) {
+      const double from = time[static_cast<std::size_t>(k)], to = time[static_cast<std::size_t>(k) + 1];
+      for (int i = 0; i < kParts; ++i) {
+        const double s = (i + 0.5) / kParts;
+        now.q = (1.0 - s) * position.row(k).transpose() + s * position.row(k + 1).transpose();
+        now.v = (1.0 - s) * velocity.row(k).transpose() + s * velocity.row(k + 1).transpose();
+        moment.t = (1.0 - s) * from + s * to;
+        catch_up<kJoints>(moment);
+        settle_along<kJoints>(now, input_at<kJoints>(moment, moment.t), moment.t, (to - from) / kParts);
+      }
+      const auto given = known.find(static_cast<std::size_t>(k) + 1);
+      if (given != known.end()) now.z = given->second;
+      z.row(k + 1) = now.z.transpose();
+    }
+  });
+  return z;
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
                              const std::vector<Drive>& drives, std::size_t first, std::size_t last, double max_step,
                              const HiddenStates& hidden, Eigen::MatrixXd* states,
                              const Remainder::Memory& memory) const {
-  State state{padded(start.head(joints_)), padded(start.tail(joints_)), padded(hidden.effects)};
+  if (hidden.effects.size() > 0 && hidden.effects.size() != hidden_count_) {
+    throw std::invalid_argument("hidden states do not fit the machine's effects");
+  }
+  State state{padded(start.head(joints_)), padded(start.tail(joints_)), HiddenVector::Zero(hidden_count_)};
+  if (hidden.effects.size() > 0) state.z = hidden.effects;
   Moment moment;
   moment.t = moment.begin = time[first];
   for (int j = 0; j < joints_; ++j) moment.departure[j] = lag_[j] > 0.0 ? hidden.lags[j] : 0.0;

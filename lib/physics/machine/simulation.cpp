@@ -15,7 +15,7 @@ struct Simulation::Now {
 Simulation::Simulation(const Machine& machine, const StateVector& start, double time, double max_step, double part)
     : machine_(machine), max_step_(max_step), part_(part), now_(std::make_unique<Now>()) {
   const int n = machine.joints();
-  now_->state = {padded(start.head(n)), padded(start.tail(n)), JointSlots::Zero()};
+  now_->state = {padded(start.head(n)), padded(start.tail(n)), HiddenVector::Zero(machine.hidden_count())};
   now_->moment.t = time;
   for (int j = 0; j < n; ++j) now_->drives.emplace_back(machine.effects(), j);
   now_->moment.drives = &now_->drives;

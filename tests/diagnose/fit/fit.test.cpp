@@ -216,3 +216,43 @@ TEST_CASE("A window that begins far from where the machine was is found again", 
   REQUIRE(squares_at(problem, best.effects, starts) > 100.0 * best.squares);
   CHECK(fit(problem, best.effects, starts).squares < best.squares + 1.0);
 }
+
+TEST_CASE("A free parameter of the user's machine may have any name, also one that an effect has", "[diagnose][fit]") {
+  const auto plant = [](double drag) { return Custom({{{"static", drag}}}, {"u - static*v - 4*sin(q)"}, {}); };
+  const std::vector<Measured> data{record(Machine(plant(0.5), {}), -1.0, 31)};
+  const Explanation found = explain(plant(0.4), data, {{EffectForm(StribeckFriction{}).index()}, {"static"}});
+  const Fit& alone = found.without_effects().fit;
+  REQUIRE(alone.unknowns.size() == 1);
+  CHECK(std::abs(alone.unknowns[0].value - 0.5) < 4.0 * alone.deviation(-1, "static"));
+  CHECK(alone.unknowns[0].prior_mean == 0.4);
+  CHECK(found.p_value(alone) > 1e-3);
+}
+
+TEST_CASE("Bounds, priors and steps of a fit are those that the effects declare", "[diagnose][fit]") {
+  const std::vector<Measured> data{record(Machine(kPendulum, {}), -1.0, 32)};
+  const std::vector<Trajectory> paths = smooth_all(kPendulum, data, Eigen::VectorXd::Constant(1, 3e-4));
+  const auto of = [&](const EffectForm& form, std::string_view name) {
+    for (const Unknown& unknown : list_unknowns(kPendulum, kPendulum, {{form, 0, -1}}, {}, data, paths)) {
+      if (unknown.name == name) return unknown;
+    }
+    throw std::invalid_argument("no such parameter");
+  };
+  const Survey s = survey(data, paths, 0);
+  const double longest = data[0].time.back();
+  const Unknown at_rest = of(StribeckFriction{0.2, 0.3, 0.1}, "static");
+  CHECK(at_rest.prior_mean == 0.2);
+  CHECK(at_rest.prior_deviation == 0.2);
+  CHECK(of(StribeckFriction{0.1, 0.3, 0.1}, "static").prior_deviation == 0.15);
+  CHECK(of(StribeckFriction{}, "velocity").prior_deviation == Approx(0.3 * 0.99));
+  CHECK(of(InputDelay{0.1}, "delay").step == Approx(0.005));
+  CHECK(of(InputDelay{0.2}, "delay").step == Approx(0.01));
+  CHECK(of(InputGain{1.5}, "gain").prior_mean == 1.0);
+  CHECK(of(InputGain{1.5}, "gain").prior_deviation == 0.0);
+  CHECK(of(TorqueStep{1.0, 3.0}, "time").high == Approx(longest));
+  CHECK(of(TorqueStep{1.0, 3.0}, "time").step == Approx(0.02));
+  CHECK(of(PeriodicDisturbance{}, "frequency").low == Approx(1.0 / longest));
+  CHECK(of(PeriodicDisturbance{}, "frequency").high == Approx(314.159).epsilon(1e-5));
+  CHECK(of(CoggingTorque{}, "phase").step == 0.01);
+  CHECK(of(CoggingTorque{}, "order").prior_deviation == Approx(0.3 * 28.0));
+  CHECK(of(HardStop{}, "position").prior_deviation == Approx(0.3 * (s.highest - s.lowest)));
+}

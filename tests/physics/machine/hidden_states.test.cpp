@@ -1,0 +1,84 @@
+// Hidden states of effects: each effect has its own, whatever else acts in the same joint.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "physics/machine/machine.hpp"
+
+using namespace bayesctrl;
+
+namespace {
+
+/// A slide of mass 2 with two elements of Dahl's law, by plain Runge-Kutta steps of 10 us: positions every 10 ms.
+std::vector<double> two_elements(const PreslidingHysteresis& a, const PreslidingHysteresis& b,
+                                 const std::vector<double>& time, const std::vector<double>& force) {
+  constexpr int kParts = 1000;
+  using State = std::array<double, 4>;  // q, v, z of a, z of b
+  State x{0.0, 0.0, 0.0, 0.0};
+  std::vector<double> q{0.0};
+  for (std::size_t k = 0; k + 1 < time.size(); ++k) {
+    const double h = (time[k + 1] - time[k]) / kParts;
+    const auto rate = [&](const State& s) {
+      const double speed = std::abs(s[1]);
+      return State{s[1], (force[k] - a.stiffness * s[2] - b.stiffness * s[3]) / 2.0,
+                   s[1] - speed * s[2] * a.stiffness / a.level, s[1] - speed * s[3] * b.stiffness / b.level};
+    };
+    const auto along = [](State s, const State& d, double by) {
+      for (std::size_t i = 0; i < 4; ++i) s[i] += by * d[i];
+      return s;
+    };
+    for (int i = 0; i < kParts; ++i) {
+      const State k1 = rate(x), k2 = rate(along(x, k1, 0.5 * h)), k3 = rate(along(x, k2, 0.5 * h));
+      const State k4 = rate(along(x, k3, h));
+      for (std::size_t j = 0; j < 4; ++j) x[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
+    }
+    q.push_back(x[0]);
+  }
+  return q;
+}
+
+}  // namespace
+
+TEST_CASE("Two elements with hidden states in one joint move it as a fine integration of both", "[effects][physics]") {
+  const PreslidingHysteresis soft{60.0, 1.5}, stiff{400.0, 0.8};
+  std::vector<double> time, force;
+  for (int k = 0; k <= 300; ++k) {
+    time.push_back(0.01 * k);
+    force.push_back(4.0 * std::sin(2.5 * time.back()) + 1.5 * std::sin(7.0 * time.back()));
+  }
+  const std::vector<double> reference = two_elements(soft, stiff, time, force);
+  const Machine machine(Mass{2.0, 0.0}, {{soft}, {LinearSpring{1e-12}}, {stiff}});
+  CHECK(machine.hidden_count() == 2);
+  const Eigen::MatrixXd input = Eigen::Map<const Eigen::VectorXd>(force.data(), 301);
+  const Eigen::MatrixXd q =
+      machine.run(StateVector::Zero(2), time, machine.drives(time, input), 0, time.size() - 1, 1e-3);
+  double largest = 0.0, range = 0.0;
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    largest = std::max(largest, std::abs(q(static_cast<Eigen::Index>(k), 0) - reference[k]));
+    range = std::max(range, std::abs(reference[k]));
+  }
+  CAPTURE(largest, range);
+  CHECK(range > 0.05);
+  CHECK(largest < 2e-5 * range);
+
+  // Along the same motion the states are those that move the machine: a run from the middle goes on as the whole.
+  Eigen::MatrixXd states;
+  const std::vector<Drive> drives = machine.drives(time, input);
+  machine.run(StateVector::Zero(2), time, drives, 0, 300, 1e-3, {{}, JointVector::Zero(1)}, &states);
+  const Eigen::MatrixXd z = machine.hidden_states(time, states.leftCols(1), states.rightCols(1), drives);
+  REQUIRE(z.cols() == 2);
+  const Eigen::MatrixXd rest =
+      machine.run(states.row(150), time, drives, 150, 300, 1e-3, {z.row(150), JointVector::Zero(1)});
+  CHECK((rest - q.bottomRows(151)).cwiseAbs().maxCoeff() < 1e-3 * range);
+}
+
+TEST_CASE("More hidden states than a machine may have, or other ones than it has, are refused", "[effects][physics]") {
+  const std::vector<Effect> many(kMaxHidden + 1, Effect{PreslidingHysteresis{}});
+  CHECK_THROWS_AS(Machine(Mass{}, many), std::invalid_argument);
+  const Machine machine(Mass{}, {{PreslidingHysteresis{}}});
+  const std::vector<double> time{0.0, 0.1};
+  const std::vector<Drive> drives = machine.drives(time, Eigen::MatrixXd::Zero(2, 1));
+  CHECK_THROWS_AS(
+      machine.run(StateVector::Zero(2), time, drives, 0, 1, 1e-3, {HiddenVector::Zero(2), JointVector::Zero(1)}),
+      std::invalid_argument);
+}
