@@ -29,7 +29,7 @@ std::string dotted(const ordered_json::json_pointer& at) {
   for (ordered_json::json_pointer rest = at; !rest.empty(); rest.pop_back()) {
     const std::string& key = rest.back();
     const bool index = key.find_first_not_of("0123456789") == std::string::npos;
-    std::string part = (index ? "[" : ".").append(key).append(index ? "]" : "");
+    const std::string part = index ? "[" + key + "]" : "." + key;
     path.insert(0, part);
   }
   return path.empty() ? path : path.substr(1);
@@ -100,7 +100,7 @@ TEST_CASE("Keys of diagnosis.json are those of its contract, all of them whateve
 
 TEST_CASE("A key that a diagnosis lacks is named with its file", "[diagnose]") {
   const ordered_json whole = written(full_diagnosis());
-  for_each_value(whole, {}, [&](const ordered_json::json_pointer& at) {
+  for_each_value(whole, ordered_json::json_pointer(""), [&](const ordered_json::json_pointer& at) {
     if (whole.at(at.parent_pointer()).is_array()) return;
     ordered_json damaged = whole;
     damaged.at(at.parent_pointer()).erase(at.back());
@@ -116,7 +116,7 @@ TEST_CASE("A key that a diagnosis lacks is named with its file", "[diagnose]") {
 
 TEST_CASE("A value of another type in a diagnosis is named with its file", "[diagnose]") {
   const ordered_json whole = written(full_diagnosis());
-  for_each_value(whole, {}, [&](const ordered_json::json_pointer& at) {
+  for_each_value(whole, ordered_json::json_pointer(""), [&](const ordered_json::json_pointer& at) {
     ordered_json damaged = whole;
     damaged.at(at) = whole.at(at).is_boolean() ? ordered_json(7) : ordered_json(true);
     INFO(dotted(at));
