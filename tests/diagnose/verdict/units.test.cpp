@@ -83,7 +83,7 @@ TEST_CASE("Without an inertia effects are accelerations, and units that nobody k
   CHECK(unit_of(CoulombFriction{}, "level", bare) == "m/s^2");
   CHECK(unit_of(ViscousFriction{}, "coefficient", bare) == "1/s");
   CHECK(unit_of(QuadraticDrag{}, "coefficient", bare) == "1/m");
-  CHECK(unit_of(CubicSpring{}, "stiffness", bare) == "1/(s^2 m^2)");
+  CHECK(unit_of(CubicSpring{}, "stiffness", bare) == "1/(m^2 s^2)");
   CHECK(unit_of(AddedInertia{}, "inertia", bare) == "");
   CHECK(unit_of(InputSaturation{}, "limit", bare) == "");
   CHECK(unit_of(LinearSpring{}, "stiffness", {"V", "V/s", "", ""}) == "");
