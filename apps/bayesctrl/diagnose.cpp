@@ -1,3 +1,5 @@
+#include "diagnose/verdict/diagnose.hpp"
+
 #include <malloc.h>
 #include <unistd.h>
 
@@ -8,7 +10,6 @@
 
 #include "base/format.hpp"
 #include "commands.hpp"
-#include "diagnose/verdict/diagnosis.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/provenance.hpp"
@@ -24,72 +25,79 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-std::string number(const ordered_json& value) { return value.is_number() ? format(value.get<double>(), 4) : "-"; }
+/// What a newcomer reads, part by part.
+void print_explanation(const Diagnosis& d) {
+  for (const ExplainedEffect& effect : d.explanation.effects) {
+    std::cout << "  " << effect.name << " in joint " << effect.joint << ": " << effect.text << "\n";
+    for (const auto& [name, p] : effect.parameters.items) {
+      std::cout << "      " << name << " = " << format(p.value, 4) << " +- " << format(p.sd, 2) << " " << p.unit
+                << "\n";
+    }
+  }
+  if (!d.explanation.effects.empty()) {
+    std::cout << "  " << d.explanation.equation << "\n  probability " << percent_text(d.explanation.probability)
+              << "\n";
+  }
+  for (const auto& [name, p] : d.parameters.items) {
+    if (p.value == p.nominal) continue;
+    std::cout << "  the model's " << name << ": " << format(p.nominal, 4) << " -> " << format(p.value, 4) << " +- "
+              << format(p.sd, 2) << " " << p.unit << "\n";
+  }
+}
 
-/// What a newcomer reads.
-void print_verdict(const ordered_json& d) {
-  std::cout << d["name"].get<std::string>() << ": " << d["verdict"].get<std::string>();
-  if (const std::string reason = d["reason"]; !reason.empty()) std::cout << " (" << reason << ")";
-  std::cout << "\n";
-  const ordered_json& said = d["explanation"];
-  for (const ordered_json& effect : said["effects"]) {
-    std::cout << "  " << effect["name"].get<std::string>() << " in joint " << effect["joint"] << ": "
-              << effect["text"].get<std::string>() << "\n";
-    for (const auto& [name, p] : effect["parameters"].items()) {
-      std::cout << "      " << name << " = " << number(p["value"]) << " +- " << format(p["sd"].get<double>(), 2) << " "
-                << p["unit"].get<std::string>() << "\n";
-    }
-  }
-  if (!said["effects"].empty()) {
-    std::cout << "  " << said["equation"].get<std::string>() << "\n  probability "
-              << percent_text(said["probability"].get<double>()) << "\n";
-  }
-  for (const auto& [name, p] : d["parameters"].items()) {
-    if (p["value"] == p["nominal"]) continue;
-    std::cout << "  the model's " << name << ": " << number(p["nominal"]) << " -> " << number(p["value"]) << " +- "
-              << format(p["sd"].get<double>(), 2) << " " << p["unit"].get<std::string>() << "\n";
-  }
-  for (const ordered_json& names : d["indistinguishable"]) {
+void print_alternatives(const Diagnosis& d) {
+  for (const std::vector<std::string>& names : d.indistinguishable) {
     std::cout << "  these recordings cannot separate:";
-    for (const ordered_json& name : names) {
-      std::cout << (&name == &names.front() ? " " : ", ") << name.get<std::string>();
-    }
+    for (const std::string& name : names) std::cout << (&name == &names.front() ? " " : ", ") << name;
     std::cout << "\n";
   }
-  for (const ordered_json& other : d["alternatives"]) {
-    if (other["probability"].get<double>() < 0.01) continue;
-    const bool counted = other["indistinguishable"].get<bool>();  // in the probability above
+  for (const Alternative& other : d.alternatives) {
+    if (other.probability < 0.01) continue;
+    const bool counted = other.indistinguishable;  // in the probability above
     std::cout << (counted ? "  which no recording here tells from" : "  or, with probability ")
-              << (counted ? "" : percent_text(other["probability"].get<double>())) << ":";
-    if (other["effects"].empty()) std::cout << " nothing is missing";
-    for (const ordered_json& name : other["effects"]) std::cout << " " << name.get<std::string>();
+              << (counted ? "" : percent_text(other.probability)) << ":";
+    if (other.effects.empty()) std::cout << " nothing is missing";
+    for (const std::string& name : other.effects) std::cout << " " << name;
     std::cout << "\n";
   }
-  const ordered_json& mismatch = d["mismatch"];
-  if (mismatch["detected"].get<bool>()) {
-    std::cout << "  the missing torque depends on";
-    bool first = true;
-    for (const auto& [name, share] : mismatch["depends_on"].items()) {
-      if (share.get<double>() < 0.05) continue;
-      std::cout << (first ? " " : ", ") << name << " (" << format(100.0 * share.get<double>(), 2) << " %)";
-      first = false;
-    }
-    std::cout << "\n";
+}
+
+void print_mismatch(const Mismatch& mismatch) {
+  if (!mismatch.detected) return;
+  std::cout << "  the missing torque depends on";
+  bool first = true;
+  for (std::size_t i = 0; i < mismatch.depends_on.of.size(); ++i) {
+    const double share = mismatch.depends_on.of[i];
+    if (share < 0.05) continue;
+    std::cout << (first ? " " : ", ") << names(Cause{})[i] << " (" << format(100.0 * share, 2) << " %)";
+    first = false;
   }
-  const ordered_json& fit = d["fit"];
-  for (const char* set : {"train", "held_out"}) {
-    if (!fit[set]["before"].is_number()) continue;
-    std::cout << "  free runs of " << number(fit["horizon_s"]) << " s, " << set << ": before "
-              << number(fit[set]["before"]) << ", refit " << number(fit[set]["refit"]) << ", after "
-              << number(fit[set]["after"]) << " " << fit["unit"].get<std::string>() << " RMS (noise "
-              << number(fit["noise_floor"]) << ")\n";
+  std::cout << "\n";
+}
+
+void print_fit(const FitFigures& fit) {
+  const auto number = [](const std::optional<double>& value) { return value ? format(*value, 4) : "-"; };
+  for (const auto& [set, errors] : {std::pair{"train", &fit.train}, {"held_out", &fit.held_out}}) {
+    if (!errors->before) continue;
+    std::cout << "  free runs of " << format(fit.horizon, 4) << " s, " << set << ": before " << number(errors->before)
+              << ", refit " << number(errors->refit) << ", after " << number(errors->after) << " " << fit.unit
+              << " RMS (noise " << format(fit.noise_floor, 4) << ")\n";
   }
-  if (d["next_experiment"].is_object()) {
-    const ordered_json& next = d["next_experiment"];
-    std::cout << "  next experiment: " << next["input"].get<std::string>() << "; it would tell "
-              << next["separates"][0].get<std::string>() << " from " << next["separates"][1].get<std::string>()
-              << " by " << number(next["expected_log_odds"]) << " nats\n";
-  }
+}
+
+void print_verdict(const Diagnosis& d) {
+  std::cout << d.name << ": " << to_name(d.verdict);
+  if (!d.reason.empty()) std::cout << " (" << d.reason << ")";
+  std::cout << "\n";
+  print_explanation(d);
+  print_alternatives(d);
+  print_mismatch(d.mismatch);
+  print_fit(d.fit);
+  if (!d.next_experiment) return;
+  std::cout << "  next experiment: " << d.next_experiment->input << "; it would tell ";
+  const std::vector<std::string>& sets = d.next_experiment->separates;
+  for (const std::string& set : sets) std::cout << (&set == &sets.front() ? "" : " from ") << set;
+  std::cout << " by " << format(d.next_experiment->expected_log_odds, 4) << " nats\n";
 }
 
 /// Measured position and missing torque of each joint.
@@ -152,18 +160,18 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       if (folder.empty()) folder = fs::path("results") / "diagnose" / slug(spec.name);
       if (!command->out.empty() && command->specs.size() > 1) folder /= slug(spec.name);
       const std::size_t of_all = 100 * command->specs.size();
-      const Diagnosis diagnosis = diagnose(spec, [&](int percent, std::string_view stage) {
+      const Diagnosed diagnosed = diagnose(spec, [&](int percent, std::string_view stage) {
         progress(100 * list.size() + static_cast<std::size_t>(percent), of_all, spec.name + ": " + std::string(stage));
       });
       progress.clear();
-      write_diagnosis(diagnosis, folder);
+      write_diagnosis(diagnosed, folder);
       write_file(folder / "provenance.json",
                  provenance(fs::path(path).filename().string(), to_json(spec)).dump(2) + "\n");
       if (!command->no_report) write_reports({folder});
-      list.push_back({{"folder", folder.string()}, {"diagnosis", diagnosis.json}});
+      list.push_back({{"folder", folder.string()}, {"diagnosis", to_json(diagnosed.diagnosis)}});
       if (loudness.quiet || loudness.json) continue;
-      print_verdict(diagnosis.json);
-      if (command->plot) std::cout << plots_of(diagnosis.missing_torque);
+      print_verdict(diagnosed.diagnosis);
+      if (command->plot) std::cout << plots_of(diagnosed.missing_torque);
       std::cout << "  written to " << folder.string() << "\n";
     }
     if (loudness.json) std::cout << ordered_json{{"diagnoses", list}}.dump(2) << "\n";

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "base/error.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
 #include "io/emit.hpp"
 #include "io/json.hpp"
 
@@ -130,7 +131,7 @@ ResultValues read_results(const fs::path& folder) {
   read_settings(folder, results);
   if (fs::exists(folder / "diagnosis.json")) {
     results.kind = "diagnosis";
-    flatten("", read_json(folder / "diagnosis.json"), results.metrics);
+    flatten("", to_json(read_diagnosis(folder / "diagnosis.json")), results.metrics);
   } else if (fs::exists(folder / "summary.json")) {
     const ordered_json summary = read_json(folder / "summary.json");
     const bool experiment = summary.contains("controllers");

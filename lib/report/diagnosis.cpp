@@ -1,3 +1,5 @@
+#include "diagnose/verdict/diagnosis.hpp"
+
 #include <map>
 
 #include "base/error.hpp"
@@ -13,16 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
-
-/// What the page reads beside the data of its plots: a file that lacks any of it was not written by this version.
-void require_of_diagnosis(const ordered_json& d) {
-  for (const char* path :
-       {"/reason", "/fit/unit", "/fit/horizon_s", "/fit/noise_floor", "/fit/train/before", "/fit/held_out/before",
-        "/mismatch/detected", "/mismatch/depends_on", "/mismatch/time", "/explanation/probability",
-        "/explanation/equation", "/alternatives", "/indistinguishable", "/parameters", "/residual"}) {
-    d.at(ordered_json::json_pointer(path));
-  }
-}
 
 /// Rows that have the same text in `by`, in the order of their first.
 std::vector<std::pair<std::string, std::vector<std::size_t>>> groups(const Table& table,
@@ -47,45 +39,54 @@ std::string in_words(std::string name) {
   return name;
 }
 
-/// The verdict as a mechanic would say it.
-std::string sentence(const ordered_json& d) {
-  const std::string verdict = d.at("verdict");
-  const ordered_json& effects = d.at("explanation").at("effects");
+/// " (or actuator lag)": what the recordings cannot separate from an effect.
+std::string or_alike(const Diagnosis& d, const std::string& name) {
+  for (const std::vector<std::string>& alike : d.indistinguishable) {  // "coulomb_friction@2"
+    if (alike.empty() || !in_words(alike.front()).starts_with(name)) continue;
+    std::string others;
+    for (std::size_t i = 1; i < alike.size(); ++i) others += (i > 1 ? ", " : "") + in_words(alike[i]);
+    if (!others.empty()) return " (or " + others + ")";
+  }
+  return "";
+}
+
+/// "coulomb friction in joint 1 and input gain in joint 2".
+std::string effects_in_words(const Diagnosis& d) {
+  const std::vector<ExplainedEffect>& effects = d.explanation.effects;
   std::string what;
-  for (const ordered_json& effect : effects) {
-    std::string name = in_words(effect.at("name"));
-    for (const ordered_json& alike : d.at("indistinguishable")) {  // "coulomb_friction@2"
-      if (in_words(alike.at(0)).starts_with(name)) {
-        std::string others;
-        for (std::size_t i = 1; i < alike.size(); ++i) others += (i > 1 ? ", " : "") + in_words(alike.at(i));
-        if (!others.empty()) name += " (or " + others + ")";
-      }
+  for (const ExplainedEffect& effect : effects) {
+    const std::string name = in_words(effect.name);
+    what += (what.empty() ? "" : &effect == &effects.back() ? " and " : ", ") + name + or_alike(d, name);
+    if (d.joints > 1) what += " in joint " + std::to_string(effect.joint);
+  }
+  return what;
+}
+
+/// The verdict as a mechanic would say it.
+std::string sentence(const Diagnosis& d) {
+  const std::vector<ExplainedEffect>& effects = d.explanation.effects;
+  const std::string what = effects_in_words(d), sure = percent_text(d.explanation.probability);
+  const CauseShares& shares = d.mismatch.depends_on;
+  switch (d.verdict) {
+    case Verdict::named: {
+      const std::string text = effects.size() == 1 ? effects.front().text : "";
+      return "The model lacks " + what + (text.empty() ? "" : ": " + text) + ". Probability " + sure + ".";
     }
-    what += (what.empty() ? "" : &effect == &effects.back() ? " and " : ", ") + name;
-    if (d.at("parameters").contains("mass1")) what += " in joint " + std::to_string(effect.at("joint").get<int>());
+    case Verdict::ambiguous:
+      return "Something is missing, most probably " + what + " (" + sure + "), but not surely.";
+    case Verdict::nothing_missing:
+      return d.mismatch.explained_by_parameters
+                 ? "No physics is missing: other values of the free parameters explain the recordings."
+                 : "Nothing is missing: the model explains the recordings down to the sensor's noise.";
+    case Verdict::too_little_data:
+      return "The recordings say too little for a diagnosis.";
+    case Verdict::check_spec:
+      return "The recordings do not fit the spec: check its units, signs and columns first.";
+    case Verdict::unknown:
+      break;
   }
-  std::string text = effects.size() == 1 ? effects.at(0).at("text").get<std::string>() : "";
-  const std::string sure = percent_text(d.at("explanation").at("probability").get<double>());
-  if (verdict == "named") {
-    return "The model lacks " + what + (text.empty() ? "" : ": " + text) + ". Probability " + sure + ".";
-  }
-  if (verdict == "ambiguous") return "Something is missing, most probably " + what + " (" + sure + "), but not surely.";
-  if (verdict == "nothing_missing") {
-    return d.at("mismatch").at("explained_by_parameters").get<bool>()
-               ? "No physics is missing: other values of the free parameters explain the recordings."
-               : "Nothing is missing: the model explains the recordings down to the sensor's noise.";
-  }
-  if (verdict == "too_little_data") return "The recordings say too little for a diagnosis.";
-  std::string leading;
-  double most = 0.0;
-  for (const auto& [name, share] : d.at("mismatch").at("depends_on").items()) {
-    if (share.get<double>() > most) {
-      most = share.get<double>();
-      leading = name;
-    }
-  }
-  return std::string("Something is missing that no known effect explains") +
-         (leading.empty() ? "" : "; it depends on " + leading + " most") +
+  return "Something is missing that no known effect explains" +
+         (shares.largest() > 0.0 ? "; it depends on " + std::string(to_name(shares.leading())) + " most" : "") +
          (what.empty() ? "." : ". Beside it the model lacks " + what + ".");
 }
 
@@ -123,11 +124,10 @@ ordered_json recordings(const fs::path& path, const std::vector<std::string>& by
 }  // namespace
 
 std::string diagnosis_page(const fs::path& folder) {
-  const ordered_json d = read_json(folder / "diagnosis.json");
-  require_of_diagnosis(d);
-  return page(d.at("name").get<std::string>(), assets::k_diagnosis_js,
+  const Diagnosis d = read_diagnosis(folder / "diagnosis.json");
+  return page(d.name, assets::k_diagnosis_js,
               {{"sentence", sentence(d)},
-               {"diagnosis", d},
+               {"diagnosis", to_json(d)},
                {"origin", origin(folder)},
                {"runs", recordings(folder / "fit.csv", {"set", "recording"}, {"measured", "before", "after"})},
                {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v"})}});

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "base/format.hpp"
+#include "diagnose/verdict/where.hpp"
 #include "physics/effect.hpp"
 #include "physics/parameters.hpp"
 
@@ -17,37 +19,33 @@ namespace {
 using nlohmann::ordered_json;
 using Set = std::multiset<std::string>;
 
+constexpr double kMatters = 0.02;   // probability of an alternative
+constexpr double kTwoSided = 1.96;  // deviations of a 95 % interval
 constexpr std::array<std::pair<double, double>, 3> kBands{{{2.0, 5.0}, {5.0, 15.0}, {15.0, 50.1}}};
 
-bool is_arm(const ordered_json& truth) { return truth["plant"] == "two_link_arm"; }
+int joints_of(const ordered_json& truth, const Diagnosis& d) { return truth.value("joints", d.joints); }
 
-Set names_of_truth(const ordered_json& truth) {
+Set names_of_truth(const ordered_json& truth, int joints) {
   Set names;
   for (const ordered_json& effect : truth["effects"]) {
-    std::string name = effect["name"];
-    if (is_arm(truth)) name += "@" + std::to_string(effect["joint"].get<int>());
-    names.insert(name);
+    names.insert(label(ExplainedEffect{effect["name"], effect["joint"], {}, {}, {}}, joints));
   }
   return names;
 }
 
-Set names_of_effects(const ordered_json& effects, bool arm) {
+Set names_of_effects(const std::vector<ExplainedEffect>& effects, int joints) {
   Set names;
-  for (const ordered_json& effect : effects) {
-    std::string name = effect["name"];
-    if (arm) name += "@" + std::to_string(effect["joint"].get<int>());
-    names.insert(name);
-  }
+  for (const ExplainedEffect& effect : effects) names.insert(label(effect, joints));
   return names;
 }
 
 /// Whether the truth is the set that was said, up to names that were said to be inseparable.
-bool same_but_for_classes(const Set& truth, const Set& said, const ordered_json& classes) {
+bool same_but_for_classes(const Set& truth, const Set& said, const std::vector<std::vector<std::string>>& classes) {
   if (truth.size() != said.size()) return false;
   Set lost, won;
   std::set_difference(truth.begin(), truth.end(), said.begin(), said.end(), std::inserter(lost, lost.end()));
   std::set_difference(said.begin(), said.end(), truth.begin(), truth.end(), std::inserter(won, won.end()));
-  for (const ordered_json& list : classes) {
+  for (const std::vector<std::string>& list : classes) {
     if (list.size() > 3) continue;
     const auto inside = [&](const std::string& name) {
       return std::find(list.begin(), list.end(), name) != list.end();
@@ -66,8 +64,6 @@ std::string join(const Set& names) {
   for (const std::string& name : names) text += (text.empty() ? "" : " + ") + name;
   return text.empty() ? "-" : text;
 }
-
-double value(const ordered_json& number) { return number.is_number() ? number.get<double>() : std::nan(""); }
 
 std::string percent(int part, int whole) {
   return whole == 0
@@ -116,96 +112,121 @@ Count count(const std::vector<Scored>& cases, const std::function<bool(const Sco
   return result;
 }
 
-}  // namespace
-
-Scored score(const std::string& name, const ordered_json& truth, const ordered_json& d) {
-  Scored s;
-  s.name = name;
+/// Family, label and sizes of what was hidden.
+void describe(Scored& s, const ordered_json& truth) {
   s.family = truth["family"];
   s.noise = truth["noise"];
-  const bool arm = is_arm(truth);
-  const Set wanted = names_of_truth(truth);
-  s.label = s.family == "outside"  ? truth["outside"]["name"].get<std::string>()
+  const bool outside = s.family == "outside";
+  s.label = outside                ? truth["outside"]["name"].get<std::string>()
             : s.family == "single" ? truth["effects"][0]["name"].get<std::string>()
                                    : s.family;
-  s.size = s.family == "outside" ? truth["outside"]["size"].get<double>() : 0.0;
-  for (const ordered_json& effect : truth["effects"])
+  s.size = outside ? truth["outside"]["size"].get<double>() : 0.0;
+  for (const ordered_json& effect : truth["effects"]) {
     s.size = s.size == 0.0 ? effect["size"].get<double>() : std::min(s.size, effect["size"].get<double>());
-  const ordered_json& mismatch = d["mismatch"];
-  s.verdict = d["verdict"];
-  s.seconds = d["seconds"];
-  s.probability = d["explanation"]["probability"];
-  s.detected = mismatch["detected"].get<bool>() && s.verdict != "nothing_missing";
-  s.confident = s.verdict == "named";
-  s.declined = s.verdict == "unknown";
-  const Set said = names_of_effects(d["explanation"]["effects"], arm);
+  }
+}
+
+/// Whether the truth is the explanation or one of the alternatives that matter, at most three sets in all.
+bool is_among(const Set& truth, bool right, const std::vector<Alternative>& alternatives) {
+  int sets = 1;
+  for (const Alternative& other : alternatives) {
+    if (!(other.probability >= kMatters)) continue;
+    if (++sets <= 3 && Set(other.effects.begin(), other.effects.end()) == truth) right = true;
+  }
+  return right;
+}
+
+/// Whether what was said is what was hidden.
+void judge_names(Scored& s, const ordered_json& truth, const Diagnosis& d) {
+  const int joints = joints_of(truth, d);
+  const Set wanted = names_of_truth(truth, joints), said = names_of_effects(d.explanation.effects, joints);
   s.said = join(said);
   s.hidden = s.family == "outside" ? s.label : join(wanted);
-  const bool right = !wanted.empty() && same_but_for_classes(wanted, said, d["indistinguishable"]);
+  const bool right = !wanted.empty() && same_but_for_classes(wanted, said, d.indistinguishable);
   if (s.confident) s.named = right;
-  if (s.verdict == "ambiguous") {
-    // At most three sets: the explanation and the alternatives that matter.
-    int sets = 1;
-    bool among = right;
-    for (const ordered_json& other : d["alternatives"]) {
-      if (!(value(other["probability"]) >= 0.02)) continue;
-      Set names;
-      for (const ordered_json& n : other["effects"]) names.insert(n.get<std::string>());
-      if (++sets <= 3 && names == wanted) among = true;
-    }
-    s.named = among;
-  }
+  if (s.verdict == Verdict::ambiguous) s.named = is_among(wanted, right, d.alternatives);
   s.wrong = s.confident && !right;
-  const double noise = std::max(s.noise, 1e-12);
-  s.before = value(d["fit"]["held_out"]["before"]) / noise;
-  s.refit = value(d["fit"]["held_out"]["refit"]) / noise;
-  s.after = value(d["fit"]["held_out"]["after"]) / noise;
+}
+
+void judge_cause(Scored& s, const ordered_json& outside, const Mismatch& mismatch) {
+  const std::string lead(to_name(mismatch.depends_on.leading()));
+  s.joint = mismatch.joint && *mismatch.joint == outside["joint"].get<int>();
+  s.cause = lead == outside["cause"];
+  s.detail = {{"lead", lead}, {"cause", outside["cause"]}};
+}
+
+/// An effect of the catalogue by its name, as declared.
+EffectForm effect_named(std::string_view name) {
+  EffectForm found;
+  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+    if (E::kName == name) found = form;
+  });
+  return found;
+}
+
+/// Counts the parameters of an effect that was found, and the intervals that hold the truth.
+void judge_parameters(Scored& s, const ordered_json& hidden, const ExplainedEffect& found) {
+  std::map<std::string, double, std::less<>> cycles;  // of angles
+  for (const Declared& one : parameters(effect_named(found.name))) {
+    cycles.emplace(one.name, one.info.search.cycle);
+  }
+  for (const auto& [name, estimate] : found.parameters.items) {
+    if (!(estimate.sd > 0.0)) continue;
+    double error = estimate.value - hidden["parameters"][name].get<double>();
+    if (const double cycle = cycles.at(name); cycle > 0.0) error = std::remainder(error, cycle);
+    ++s.parameters;
+    s.covered += std::abs(error) <= kTwoSided * estimate.sd;
+  }
+}
+
+/// How far from a step in time the nearest interval of its recording begins, s.
+double step_error(const ordered_json& step, const std::vector<TimeSpan>& times) {
+  double least = 1e9;
+  for (const TimeSpan& span : times) {
+    if (span.recording != step["recording"]) continue;
+    least = std::min(least, std::abs(span.from - step["parameters"]["time"].get<double>()));
+  }
+  return least;
+}
+
+/// Whether channel and joint are those of a hidden effect, and how near its parameters are.
+void judge_place(Scored& s, const ordered_json& effects, const Diagnosis& d) {
+  const Mismatch& mismatch = d.mismatch;
+  for (const ordered_json& effect : effects) {
+    const int joint = effect["joint"];
+    if (mismatch.channel == channel_of(effect_named(effect["name"].get<std::string>()))) s.channel = true;
+    s.joint = s.joint || mismatch.joint == joint;
+    for (const ExplainedEffect& found : d.explanation.effects) {
+      if (effect["name"] == found.name && joint == found.joint) judge_parameters(s, effect, found);
+    }
+    if (effect["name"] == TorqueStep::kName) s.step_error = step_error(effect, mismatch.time);
+  }
+}
+
+}  // namespace
+
+Scored score(const std::string& name, const ordered_json& truth, const Diagnosis& d) {
+  Scored s;
+  s.name = name;
+  describe(s, truth);
+  s.verdict = d.verdict;
+  s.seconds = d.seconds;
+  s.probability = d.explanation.probability;
+  s.detected = d.mismatch.detected && s.verdict != Verdict::nothing_missing;
+  s.confident = s.verdict == Verdict::named;
+  s.declined = s.verdict == Verdict::unknown;
+  judge_names(s, truth, d);
+  const FitErrors& errors = d.fit.held_out;
+  const auto over_noise = [&](const std::optional<double>& error) {
+    return error.value_or(std::nan("")) / std::max(s.noise, 1e-12);
+  };
+  s.before = over_noise(errors.before);
+  s.refit = over_noise(errors.refit);
+  s.after = over_noise(errors.after);
+  judge_place(s, truth["effects"], d);
   if (s.family == "outside") {
-    s.joint = mismatch["joint"].is_number() && mismatch["joint"] == truth["outside"]["joint"];
-    double most = -1.0;
-    std::string lead;
-    for (const auto& [cause, share] : mismatch["depends_on"].items()) {
-      if (share.get<double>() > most) {
-        most = share.get<double>();
-        lead = cause;
-      }
-    }
-    s.cause = lead == truth["outside"]["cause"];
-    s.detail = {{"lead", lead}, {"cause", truth["outside"]["cause"]}};
-  }
-  std::set<std::string> channels;
-  std::set<int> joints;
-  for (const ordered_json& effect : truth["effects"]) {
-    joints.insert(effect["joint"].get<int>());
-    std::map<std::string, double> cycles;  // of the effect's parameters
-    for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
-      if (effect["name"] != E::kName) return;
-      channels.insert(std::string(channel(form)));
-      for (const Declared& one : parameters(form)) cycles[std::string(one.name)] = one.info.search.cycle;
-    });
-    for (const ordered_json& found : d["explanation"]["effects"]) {
-      if (found["name"] != effect["name"] || found["joint"] != effect["joint"]) continue;
-      for (const auto& [key, parameter] : found["parameters"].items()) {
-        const double sd = parameter["sd"];
-        if (!(sd > 0.0)) continue;
-        double error = parameter["value"].get<double>() - effect["parameters"][key].get<double>();
-        if (const double cycle = cycles.at(key); cycle > 0.0) error = std::remainder(error, cycle);
-        ++s.parameters;
-        s.covered += std::abs(error) <= 1.96 * sd;
-      }
-    }
-    if (effect["name"] == "torque_step") {
-      s.step_error = 1e9;
-      for (const ordered_json& interval : mismatch["time"]) {
-        if (interval["recording"] != effect["recording"]) continue;
-        s.step_error = std::min(s.step_error,
-                                std::abs(interval["from"].get<double>() - effect["parameters"]["time"].get<double>()));
-      }
-    }
-  }
-  if (s.family != "outside") {
-    s.channel = mismatch["channel"].is_string() && channels.contains(mismatch["channel"].get<std::string>());
-    s.joint = mismatch["joint"].is_number() && joints.contains(mismatch["joint"].get<int>());
+    s.channel = false;
+    judge_cause(s, truth["outside"], d.mismatch);
   }
   return s;
 }

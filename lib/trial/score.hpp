@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "diagnose/verdict/diagnosis.hpp"
+
 namespace bayesctrl::trial {
 
 /// One diagnosed case beside its truth.
@@ -21,11 +23,14 @@ struct Scored {
   double before = 0.0, refit = 0.0, after = 0.0;  // held out, over the noise
   double step_error = -1.0;                       // s, of a torque_step's interval; -1: none
   double seconds = 0.0;
-  std::string verdict, said, hidden;
+  Verdict verdict = Verdict::too_little_data;
+  std::string said, hidden;
   nlohmann::ordered_json detail;
 };
 
-Scored score(const std::string& name, const nlohmann::ordered_json& truth, const nlohmann::ordered_json& diagnosis);
+/// `truth`: one case of truth.json. How many joints the machine has follows from its `joints`, without that from the
+/// diagnosis.
+Scored score(const std::string& name, const nlohmann::ordered_json& truth, const Diagnosis& diagnosis);
 
 /// All tables of the trial in Markdown, and the figures as JSON.
 std::string tables(const std::vector<Scored>& cases);

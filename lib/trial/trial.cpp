@@ -115,7 +115,7 @@ Table table_of(const std::vector<Scored>& cases) {
   add("truth", [](const Scored& s) { return Cell(s.label); });
   add("size", [](const Scored& s) { return Cell(s.size); });
   add("noise", [](const Scored& s) { return Cell(s.noise); });
-  add("verdict", [](const Scored& s) { return Cell(s.verdict); });
+  add("verdict", [](const Scored& s) { return Cell(std::string(to_name(s.verdict))); });
   add("hidden", [](const Scored& s) { return Cell(s.hidden); });
   add("said", [](const Scored& s) { return Cell(s.said); });
   add("probability", [](const Scored& s) { return Cell(s.probability); });
@@ -199,7 +199,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
       say("failed: " + orders[i].name);
       continue;
     }
-    const ordered_json diagnosis = read_json(folder / "diagnoses" / orders[i].name / "diagnosis.json");
+    const Diagnosis diagnosis = read_diagnosis(folder / "diagnoses" / orders[i].name / "diagnosis.json");
     Scored one = trial::score(orders[i].name, truth[orders[i].name], diagnosis);
     one.seconds = seconds[i];
     if (one.family == "pysindy") {
@@ -208,7 +208,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
       const std::size_t hidden = truth[orders[i].name]["hidden"];
       one.detail = {{"hidden", kHidden[hidden]},
                     {"noise", one.noise},
-                    {"right", hidden == 0 ? one.verdict == "nothing_missing" : one.confident && !one.wrong}};
+                    {"right", hidden == 0 ? one.verdict == Verdict::nothing_missing : one.confident && !one.wrong}};
     }
     scored.push_back(std::move(one));
   }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
 #include "experiment/write.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
@@ -21,9 +22,24 @@ ResultValues ran(const Folder& folder, const std::string& name, const std::vecto
   return read_results(folder.path() / name);
 }
 
-ResultValues found(const Folder& folder, const std::string& name, const std::string& json) {
-  write_file(folder.path() / name / "diagnosis.json", json);
+ResultValues found(const Folder& folder, const std::string& name, const Diagnosis& diagnosis) {
+  write_file(folder.path() / name / "diagnosis.json", to_json(diagnosis).dump());
   return read_results(folder.path() / name);
+}
+
+ResultValues tried(const Folder& folder, const std::string& name, const std::string& summary) {
+  write_file(folder.path() / name / "summary.json", summary);
+  return read_results(folder.path() / name);
+}
+
+Diagnosis dry_friction(double level, double seconds) {
+  Diagnosis d;
+  d.name = "x";
+  d.verdict = Verdict::named;
+  d.units.resize(1);
+  d.explanation.effects = {{"coulomb_friction", 1, {{{"level", {level, 0.01, "N m"}}}}, {}, "dry"}};
+  d.seconds = seconds;
+  return d;
 }
 
 }  // namespace
@@ -57,12 +73,8 @@ TEST_CASE("The one setting that was changed is the one that differs, and the met
 
 TEST_CASE("Diagnoses are compared by what they found, not by how long it took", "[inspect]") {
   const Folder folder;
-  const std::string json = R"({"name": "x", "verdict": "named", "seconds": 1.5, "explanation": {"effects": [
-    {"name": "coulomb_friction", "joint": 1, "text": "dry", "parameters": {"level": {"value": 0.3, "sd": 0.01}}}]}})";
-  std::string other = json;
-  other.replace(other.find("0.3"), 3, "0.6");
-  other.replace(other.find("1.5"), 3, "9.5");
-  const ResultDifference result = difference({found(folder, "a", json), found(folder, "b", other)});
+  const ResultDifference result =
+      difference({found(folder, "a", dry_friction(0.3, 1.5)), found(folder, "b", dry_friction(0.6, 9.5))});
   CHECK(result.settings.rows() == 0);
   REQUIRE(result.metrics.rows() == 1);
   CHECK(column_texts(result.metrics, "metric").front() ==
@@ -73,7 +85,7 @@ TEST_CASE("Diagnoses are compared by what they found, not by how long it took", 
 TEST_CASE("What one result lacks is missing in its column", "[inspect]") {
   const Folder folder;
   const ResultDifference result =
-      difference({found(folder, "a", R"({"only": 1, "both": 2})"), found(folder, "b", R"({"both": 2, "other": 3})")});
+      difference({tried(folder, "a", R"({"only": 1, "both": 2})"), tried(folder, "b", R"({"both": 2, "other": 3})")});
   REQUIRE(result.metrics.rows() == 2);
   CHECK(std::holds_alternative<std::monostate>(result.metrics.columns[2].at(0)));
   CHECK(std::holds_alternative<std::monostate>(result.metrics.columns[1].at(1)));
@@ -83,6 +95,10 @@ TEST_CASE("Folders without results, broken ones and different kinds are refused"
   const Folder folder;
   CHECK_THROWS_AS(read_results(folder.path() / "nowhere"), IoError);
   CHECK_THROWS_WITH(read_results(folder.path()), Contains("holds no diagnosis.json, summary.json or table.csv"));
-  CHECK_THROWS_AS(found(folder, "broken", "{"), DataError);
-  CHECK_THROWS_WITH(difference({ran(folder, "a", {}), found(folder, "b", "{}")}), Contains("of another kind"));
+  write_file(folder.path() / "broken" / "diagnosis.json", "{");
+  CHECK_THROWS_AS(read_results(folder.path() / "broken"), DataError);
+  write_file(folder.path() / "broken" / "diagnosis.json", R"({"name": "x"})");
+  CHECK_THROWS_WITH(read_results(folder.path() / "broken"), Contains("diagnosis.json: lacks the key 'verdict'"));
+  CHECK_THROWS_WITH(difference({ran(folder, "a", {}), found(folder, "b", dry_friction(0.3, 1.0))}),
+                    Contains("of another kind"));
 }

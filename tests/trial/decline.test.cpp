@@ -16,9 +16,9 @@ void check_declined(int variant, const std::string& cause,
   REQUIRE_FALSE(hidden.files.empty());
   REQUIRE(hidden.truth["outside"]["cause"] == cause);
   const Diagnosis diagnosis = testing::diagnosed(hidden);
-  const trial::Scored scored = trial::score(name, hidden.truth, diagnosis.json);
+  const trial::Scored scored = trial::score(name, hidden.truth, diagnosis);
   INFO(hidden.truth.dump(1));
-  INFO(diagnosis.json.dump(1));
+  INFO(to_json(diagnosis).dump(1));
   CHECK(scored.detected);
   CHECK(scored.declined);
   CHECK(scored.cause);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "diagnose/verdict/diagnosis.hpp"
+#include "diagnose/verdict/diagnose.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
@@ -15,7 +15,7 @@ inline Diagnosis diagnosed(const trial::Case& hidden) {
   batch.add(folder.path() / "spec.yaml", to_yaml(hidden.spec));
   for (const auto& [file, csv] : hidden.files) batch.add(folder.path() / file, csv);
   batch.commit();
-  return diagnose(read_diagnosis_spec(folder.path() / "spec.yaml"));
+  return diagnose(read_diagnosis_spec(folder.path() / "spec.yaml")).diagnosis;
 }
 
 }  // namespace bayesctrl::testing

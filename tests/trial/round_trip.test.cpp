@@ -15,9 +15,9 @@ TEMPLATE_LIST_TEST_CASE("A machine simulated with an effect and diagnosed withou
   const trial::Case hidden = trial::make_case(spec, {name, "single", {EffectForm(TestType{}).index()}, 0});
   REQUIRE_FALSE(hidden.files.empty());
   const Diagnosis diagnosis = testing::diagnosed(hidden);
-  const trial::Scored scored = trial::score(name, hidden.truth, diagnosis.json);
+  const trial::Scored scored = trial::score(name, hidden.truth, diagnosis);
   INFO(hidden.truth.dump(1));
-  INFO(diagnosis.json.dump(1));
+  INFO(to_json(diagnosis).dump(1));
   CHECK(scored.detected);
   CHECK(scored.named);
   CHECK_FALSE(scored.wrong);

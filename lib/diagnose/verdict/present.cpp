@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/format.hpp"
+#include "diagnose/verdict/units.hpp"
 #include "io/emit.hpp"
 #include "physics/parameters.hpp"
 #include "spec/model.hpp"
@@ -18,56 +19,59 @@ std::string sentence(const Effect& effect) {
   return std::visit([](const auto& form) { return std::string(form.kText); }, effect.form);
 }
 
+/// One joint's column of every recording, one after another.
+std::vector<double> joined(const std::vector<Eigen::MatrixXd>& parts, Eigen::Index joint) {
+  std::vector<double> list;
+  for (const Eigen::MatrixXd& part : parts) list.insert(list.end(), part.col(joint).begin(), part.col(joint).end());
+  return list;
+}
+
+template <class T>
+std::vector<double> joined(const std::vector<T>& parts, Eigen::Index joint, Eigen::MatrixXd T::*values) {
+  std::vector<double> list;
+  for (const T& part : parts)
+    list.insert(list.end(), (part.*values).col(joint).begin(), (part.*values).col(joint).end());
+  return list;
+}
+
+std::vector<Cell> recording_cells(const std::vector<Measured>& data) {
+  std::vector<Cell> list;
+  for (const Measured& m : data) list.insert(list.end(), m.samples(), Cell(m.name));
+  return list;
+}
+
+std::vector<double> times(const std::vector<Measured>& data) {
+  std::vector<double> list;
+  for (const Measured& m : data) {
+    for (const double t : m.time) list.push_back(m.start + t);
+  }
+  return list;
+}
+
 }  // namespace
 
-ordered_json shares_json(const Shares& shares) {
-  ordered_json object;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    object[std::string(names(Cause{})[i])] = std::round(shares[i] * 1e6) / 1e6;
+CauseShares shown(const Shares& shares) {
+  CauseShares result;
+  for (std::size_t i = 0; i < shares.size(); ++i) result.of[i] = std::round(shares[i] * 1e6) / 1e6;
+  return result;
+}
+
+std::vector<TimeSpan> shown(const std::vector<Interval>& intervals, const std::vector<Measured>& data) {
+  std::vector<TimeSpan> list;
+  for (const Interval& interval : intervals) {
+    const Measured& m = data[interval.recording];
+    list.push_back({m.name, m.start + interval.from, m.start + interval.to, interval.score});
   }
-  return object;
+  return list;
 }
 
-ordered_json residual_json(const ResidualTests& tests, const std::vector<Measured>& data) {
+ResidualFigures shown(const ResidualTests& tests, const std::vector<Measured>& data) {
   const Measured& changed = data[tests.change_recording];
-  const auto correlation = [](const ResidualTests::Correlation& c) -> ordered_json {
-    return {{"correlation", c.value}, {"lag_s", c.lag}, {"p_value", c.p}};
-  };
-  return {{"slow_modes", {{"share", tests.slow_share}, {"p_value", tests.slow_p}}},
-          {"autocorrelation", {{"ljung_box", tests.autocorrelation}, {"p_value", tests.autocorrelation_p}}},
-          {"input", correlation(tests.input)},
-          {"feedback", correlation(tests.feedback)},
-          {"change",
-           {{"cusum", tests.change},
-            {"recording", changed.name},
-            {"time", changed.start + tests.change_time},
-            {"p_value", tests.change_p}}}};
-}
-
-ordered_json no_fit() { return {{"before", nullptr}, {"refit", nullptr}, {"after", nullptr}}; }
-
-ordered_json empty_diagnosis() {
-  return {
-      {"name", ""},
-      {"verdict", "too_little_data"},
-      {"reason", ""},
-      {"mismatch",
-       {{"detected", false},
-        {"p_value", 1.0},
-        {"explained_by_parameters", false},
-        {"time", ordered_json::array()},
-        {"depends_on", shares_json({})},
-        {"channel", nullptr},
-        {"joint", nullptr}}},
-      {"explanation", {{"effects", ordered_json::array()}, {"equation", ""}, {"probability", 0.0}}},
-      {"remainder", nullptr},
-      {"alternatives", ordered_json::array()},
-      {"indistinguishable", ordered_json::array()},
-      {"fit", {{"unit", "rad"}, {"horizon_s", 1.0}, {"noise_floor", 0.0}, {"train", no_fit()}, {"held_out", no_fit()}}},
-      {"residual", ordered_json::object()},
-      {"next_experiment", nullptr},
-      {"parameters", ordered_json::object()},
-      {"seconds", 0.0}};
+  return {{tests.slow_share, tests.slow_p},
+          {tests.autocorrelation, tests.autocorrelation_p},
+          {tests.input.value, tests.input.lag, tests.input.p},
+          {tests.feedback.value, tests.feedback.lag, tests.feedback.p},
+          {tests.change, changed.name, changed.start + tests.change_time, tests.change_p}};
 }
 
 std::string equation(const Effect& effect, int joints) {
@@ -90,25 +94,26 @@ std::string equation(const std::vector<Effect>& effects, int joints) {
   return text;
 }
 
-ordered_json parameter_json(const Plant& nominal, const Fit& fit, const std::string& name, bool free) {
-  return {{"nominal", parameter(nominal, name)},
-          {"value", parameter(fit.plant, name)},
-          {"sd", fit.deviation(-1, name)},
-          {"unit", parameter_info(nominal, name).unit},
-          {"free", free}};
+NominalParameter shown_parameter(const Plant& nominal, const Fit& fit, const std::string& name, bool free,
+                                 const JointUnits& units) {
+  return {parameter(nominal, name), parameter(fit.plant, name), fit.deviation(-1, name), unit_of(nominal, name, units),
+          free};
 }
 
-ordered_json effect_json(const Fit& fit, std::size_t e, const std::vector<Measured>& data) {
+ExplainedEffect shown_effect(const Fit& fit, std::size_t e, const std::vector<Measured>& data,
+                             const std::vector<JointUnits>& units) {
   const Effect& effect = fit.effects[e];
-  ordered_json values = ordered_json::object();
+  const JointUnits& here = units[static_cast<std::size_t>(effect.joint)];
+  ExplainedEffect result;
+  result.name = name_of(effect.form);
+  result.joint = effect.joint + 1;
   for (const auto& [name, value, info] : parameters(effect.form)) {
-    values[std::string(name)] = {
-        {"value", value}, {"sd", fit.deviation(static_cast<int>(e), name)}, {"unit", info.unit}};
+    result.parameters.items.emplace_back(
+        name, Estimate{value, fit.deviation(static_cast<int>(e), name), unit_of(effect.form, name, here)});
   }
-  ordered_json object{{"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"parameters", values}};
-  if (effect.recording >= 0) object["recording"] = data[static_cast<std::size_t>(effect.recording)].name;
-  object["text"] = sentence(effect);
-  return object;
+  if (effect.recording >= 0) result.recording = data[static_cast<std::size_t>(effect.recording)].name;
+  result.text = sentence(effect);
+  return result;
 }
 
 ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit) {
@@ -133,66 +138,38 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
   return object;
 }
 
-Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed) {
+Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed,
+                   const std::vector<JointUnits>& units) {
   const Eigen::Index joints = data.front().position.cols();
-  std::vector<Cell> recording;
-  std::vector<double> time;
-  std::vector<std::vector<double>> mean(static_cast<std::size_t>(joints)), sd(mean.size()), q(mean.size()),
-      v(mean.size());
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    for (std::size_t k = 0; k < data[r].samples(); ++k) {
-      recording.emplace_back(data[r].name);
-      time.push_back(data[r].start + data[r].time[k]);
-      for (Eigen::Index j = 0; j < joints; ++j) {
-        mean[static_cast<std::size_t>(j)].push_back(smoothed[r].missing_torque(static_cast<Eigen::Index>(k), j));
-        sd[static_cast<std::size_t>(j)].push_back(smoothed[r].torque_sd(static_cast<Eigen::Index>(k), j));
-        q[static_cast<std::size_t>(j)].push_back(smoothed[r].position(static_cast<Eigen::Index>(k), j));
-        v[static_cast<std::size_t>(j)].push_back(smoothed[r].velocity(static_cast<Eigen::Index>(k), j));
-      }
-    }
-  }
   Table table;
-  table.columns.push_back({"recording", "", std::move(recording)});
-  table.columns.push_back({"t", "s", std::move(time)});
+  table.columns.push_back({"recording", "", recording_cells(data)});
+  table.columns.push_back({"t", "s", times(data)});
   for (Eigen::Index j = 0; j < joints; ++j) {
-    table.columns.push_back({numbered("torque", j, joints), "N m", std::move(mean[static_cast<std::size_t>(j)])});
-    table.columns.push_back({numbered("sd", j, joints), "N m", std::move(sd[static_cast<std::size_t>(j)])});
-    table.columns.push_back({numbered("q", j, joints), "rad", std::move(q[static_cast<std::size_t>(j)])});
-    table.columns.push_back({numbered("v", j, joints), "rad/s", std::move(v[static_cast<std::size_t>(j)])});
+    const JointUnits& unit = units[static_cast<std::size_t>(j)];
+    const auto add = [&](std::string_view name, const std::string& of, Eigen::MatrixXd Trajectory::*values) {
+      table.columns.push_back({numbered(name, j, joints), of, joined(smoothed, j, values)});
+    };
+    add("torque", unit.torque, &Trajectory::missing_torque);
+    add("sd", unit.torque, &Trajectory::torque_sd);
+    add("q", unit.position, &Trajectory::position);
+    add("v", unit.velocity, &Trajectory::velocity);
   }
   return table;
 }
 
 void add_runs(Table& table, std::string_view set, const std::vector<Measured>& data, const FreeRuns& before,
-              const FreeRuns& after) {
+              const FreeRuns& after, const std::vector<JointUnits>& units) {
   const Eigen::Index joints = data.front().position.cols();
-  std::vector<Cell> recording, part;
-  std::vector<double> time;
-  std::vector<std::vector<double>> measured(static_cast<std::size_t>(joints)), nominal(measured.size()),
-      corrected(measured.size());
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    for (std::size_t k = 0; k < data[r].samples(); ++k) {
-      const auto row = static_cast<Eigen::Index>(k);
-      recording.emplace_back(data[r].name);
-      part.emplace_back(std::string(set));
-      time.push_back(data[r].start + data[r].time[k]);
-      for (Eigen::Index j = 0; j < joints; ++j) {
-        const auto slot = static_cast<std::size_t>(j);
-        measured[slot].push_back(data[r].position(row, j));
-        nominal[slot].push_back(before.simulated[r](row, j));
-        corrected[slot].push_back(after.simulated[r](row, j));
-      }
-    }
-  }
   Table more;
-  more.columns.push_back({"set", "", std::move(part)});
-  more.columns.push_back({"recording", "", std::move(recording)});
-  more.columns.push_back({"t", "s", std::move(time)});
+  std::vector<Cell> recordings = recording_cells(data);
+  more.columns.push_back({"set", "", std::vector<Cell>(recordings.size(), Cell(std::string(set)))});
+  more.columns.push_back({"recording", "", std::move(recordings)});
+  more.columns.push_back({"t", "s", times(data)});
   for (Eigen::Index j = 0; j < joints; ++j) {
-    const auto slot = static_cast<std::size_t>(j);
-    more.columns.push_back({numbered("measured", j, joints), "", std::move(measured[slot])});
-    more.columns.push_back({numbered("before", j, joints), "", std::move(nominal[slot])});
-    more.columns.push_back({numbered("after", j, joints), "", std::move(corrected[slot])});
+    const std::string& unit = units[static_cast<std::size_t>(j)].position;
+    more.columns.push_back({numbered("measured", j, joints), unit, joined(data, j, &Measured::position)});
+    more.columns.push_back({numbered("before", j, joints), unit, joined(before.simulated, j)});
+    more.columns.push_back({numbered("after", j, joints), unit, joined(after.simulated, j)});
   }
   if (table.columns.empty()) {
     table = std::move(more);

@@ -141,71 +141,97 @@ class Difference {
   Eigen::VectorXd wanted_, left_, change_;
 };
 
-}  // namespace
+/// The two most probable explanations, which an experiment is to tell apart.
+struct Rivals {
+  const Plant& nominal;
+  const Explanation& explanation;
+  const std::vector<Measured>& data;
+  const Candidate& rival;
+  int joint = 0;  // that is driven
+  int joints = 1;
+  double amplitude = 1.0;  // of inputs
+  double seen = 0.0;       // way in the recordings
 
-nlohmann::ordered_json propose(const Plant& nominal, const Explanation& explanation, const std::vector<Measured>& data,
-                               int joints) {
-  const Candidate* rival = nullptr;
-  for (std::size_t i = 1; i < explanation.candidates.size() && rival == nullptr; ++i) {
-    if (explanation.candidates[i].probability >= kRival) rival = &explanation.candidates[i];
-  }
-  if (rival == nullptr) return nullptr;
-  const Fit& best = explanation.best().fit;
-  const int joint = !best.effects.empty()         ? best.effects.front().joint
-                    : !rival->fit.effects.empty() ? rival->fit.effects.front().joint
-                                                  : 0;
-  double amplitude = 0.0;
-  for (const Measured& m : data) amplitude = std::max(amplitude, m.input.col(joint).cwiseAbs().maxCoeff());
-  if (amplitude == 0.0) amplitude = torque_scale(nominal, data)[joint];
-  const double noise = explanation.noise[joint];
-  const std::vector<Input> inputs = family(amplitude);
-  double seen = 0.0;  // way in the recordings
-  for (const Measured& m : data)
-    seen = std::max(seen, (m.position.rowwise() - m.position.row(0)).cwiseAbs().maxCoeff());
-  // Each of the two may be true, as probable as it is now.
-  const double mine = explanation.best().probability / (explanation.best().probability + rival->probability);
-  const auto expected = [&](const Input& tried, auto&& squares) {
-    Difference if_best(best, rival->fit, tried, joint, joints), if_rival(rival->fit, best, tried, joint, joints);
+  const Fit& best() const { return explanation.best().fit; }
+
+  /// Log odds that an input promises; 0 where it leads too far. Each of the two may be true, as probable as it is now.
+  double expected(const Input& tried, double (Difference::*squares)()) const {
+    const double sum = explanation.best().probability + rival.probability;
+    const double mine = explanation.best().probability / sum, noise = explanation.noise[joint];
+    Difference if_best(best(), rival.fit, tried, joint, joints), if_rival(rival.fit, best(), tried, joint, joints);
     if (std::max(if_best.way(), if_rival.way()) > kFurther * seen) return 0.0;
-    const double odds = 0.5 * (mine * squares(if_best) + (1.0 - mine) * squares(if_rival)) / (noise * noise);
+    const double left = mine * (if_best.*squares)() + (1.0 - mine) * (if_rival.*squares)();
+    const double odds = 0.5 * left / (noise * noise);
     return std::isfinite(odds) ? odds : 0.0;
-  };
+  }
+};
+
+Rivals rivals_of(const Plant& nominal, const Explanation& explanation, const std::vector<Measured>& data,
+                 const Candidate& rival, int joints) {
+  const std::vector<Effect>& best = explanation.best().fit.effects;
+  Rivals rivals{nominal, explanation, data, rival, 0, joints, 0.0, 0.0};
+  rivals.joint = !best.empty() ? best.front().joint : !rival.fit.effects.empty() ? rival.fit.effects.front().joint : 0;
+  for (const Measured& m : data) {
+    rivals.amplitude = std::max(rivals.amplitude, m.input.col(rivals.joint).cwiseAbs().maxCoeff());
+    rivals.seen = std::max(rivals.seen, (m.position.rowwise() - m.position.row(0)).cwiseAbs().maxCoeff());
+  }
+  if (rivals.amplitude == 0.0) rivals.amplitude = torque_scale(nominal, data)[rivals.joint];
+  return rivals;
+}
+
+/// The input that promises most; null where none tells the two apart.
+std::pair<double, const Input*> best_input(const Rivals& rivals, const std::vector<Input>& inputs) {
   std::vector<std::pair<double, const Input*>> promising;  // log odds to first order
   for (const Input& tried : inputs) {
     try {
-      promising.emplace_back(expected(tried, [](Difference& d) { return d.linear_squares(); }), &tried);
+      promising.emplace_back(rivals.expected(tried, &Difference::linear_squares), &tried);
     } catch (const NumericalError&) {  // this input is not for this machine
     }
   }
   std::sort(promising.begin(), promising.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  double most = 0.0;
-  const Input* input = nullptr;
+  std::pair<double, const Input*> most{0.0, nullptr};
   for (const auto& [linear, tried] : promising) {
-    if (linear <= most) break;  // the rest cannot do better
+    if (linear <= most.first) break;  // the rest cannot do better
     try {
-      if (const double odds = expected(*tried, [](Difference& d) { return d.squares(); }); odds > most) {
-        most = odds;
-        input = tried;
-      }
+      if (const double odds = rivals.expected(*tried, &Difference::squares); odds > most.first) most = {odds, tried};
     } catch (const NumericalError&) {
     }
   }
-  if (input == nullptr || most < 1.0) return nullptr;  // no input of the family tells them apart
-  nlohmann::ordered_json separates = nlohmann::ordered_json::array();
-  const auto name_set = [&](const Fit& fit) {
-    std::string text;
-    for (const Effect& effect : fit.effects) text += (text.empty() ? "" : " + ") + label(effect, joints);
-    return text.empty() ? std::string("nothing_missing") : text;
-  };
-  separates.push_back(name_set(best));
-  separates.push_back(name_set(rival->fit));
-  nlohmann::ordered_json signal{
-      {"joint", joint + 1}, {"period_s", kShownPeriod}, {"values", nlohmann::ordered_json::array()}};
+  return most.first < 1.0 ? std::pair<double, const Input*>{0.0, nullptr} : most;
+}
+
+std::string set_name(const Fit& fit, int joints) {
+  std::string text;
+  for (const Effect& effect : fit.effects) text += (text.empty() ? "" : " + ") + label(effect, joints);
+  return text.empty() ? "nothing_missing" : text;
+}
+
+ProposedSignal shown_signal(const Input& input, const Rivals& rivals, const std::string& unit) {
+  ProposedSignal signal{rivals.joint + 1, kShownPeriod, {}, unit};
   constexpr auto kEvery = static_cast<std::size_t>(kShownPeriod / kPeriod + 0.5);
-  for (std::size_t k = 0; k < input->values.size(); k += kEvery) {
-    signal["values"].push_back(std::round(input->values[k] / amplitude * 1e4) / 1e4 * amplitude);
+  for (std::size_t k = 0; k < input.values.size(); k += kEvery) {
+    signal.values.push_back(std::round(input.values[k] / rivals.amplitude * 1e4) / 1e4 * rivals.amplitude);
   }
-  return {{"input", input->text}, {"separates", separates}, {"expected_log_odds", most}, {"signal", signal}};
+  return signal;
+}
+
+}  // namespace
+
+std::optional<NextExperiment> propose(const Plant& nominal, const Explanation& explanation,
+                                      const std::vector<Measured>& data, const std::vector<JointUnits>& units) {
+  const auto joints = static_cast<int>(units.size());
+  const auto& candidates = explanation.candidates;
+  const auto rival = std::find_if(candidates.begin() + 1, candidates.end(),
+                                  [](const Candidate& candidate) { return candidate.probability >= kRival; });
+  if (rival == candidates.end()) return std::nullopt;
+  const Rivals rivals = rivals_of(nominal, explanation, data, *rival, joints);
+  const std::vector<Input> inputs = family(rivals.amplitude);
+  const auto [odds, input] = best_input(rivals, inputs);
+  if (input == nullptr) return std::nullopt;  // no input of the family tells them apart
+  return NextExperiment{input->text,
+                        {set_name(rivals.best(), joints), set_name(rival->fit, joints)},
+                        odds,
+                        shown_signal(*input, rivals, units[static_cast<std::size_t>(rivals.joint)].input)};
 }
 
 }  // namespace bayesctrl

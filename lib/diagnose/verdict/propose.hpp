@@ -1,14 +1,13 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include "diagnose/search/explain.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
 
 namespace bayesctrl {
 
 /// The next input, from a bounded family (rest, steps, chirp, slow reversals), under which the two best explanations
-/// differ most: {input, separates, expected_log_odds}; null where one explanation stands alone.
-nlohmann::ordered_json propose(const Plant& nominal, const Explanation& explanation, const std::vector<Measured>& data,
-                               int joints);
+/// differ most; nothing where one explanation stands alone.
+std::optional<NextExperiment> propose(const Plant& nominal, const Explanation& explanation,
+                                      const std::vector<Measured>& data, const std::vector<JointUnits>& units);
 
 }  // namespace bayesctrl

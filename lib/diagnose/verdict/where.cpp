@@ -39,6 +39,11 @@ std::vector<Interval> above(const std::vector<double>& time, const Eigen::Vector
 
 }  // namespace
 
+Channel channel_of(const EffectForm& form) {
+  constexpr auto kNames = names(Channel{});
+  return static_cast<Channel>(std::find(kNames.begin(), kNames.end(), channel(form)) - kNames.begin());
+}
+
 std::vector<Interval> significant_times(const Explanation& explanation, const std::vector<Measured>& data,
                                         const std::vector<Trajectory>& smoothed) {
   std::vector<Interval> list;

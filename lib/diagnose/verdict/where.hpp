@@ -1,8 +1,12 @@
 #pragma once
 
 #include "diagnose/search/explain.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
 
 namespace bayesctrl {
+
+/// The side of the machine on which an effect acts.
+Channel channel_of(const EffectForm& form);
 
 /// A time in which measured and simulated motion disagree, in seconds since the recording's start.
 struct Interval {

@@ -1,14 +1,12 @@
 // The report of a diagnosis: where recordings and model differ, why, and how well the corrected model predicts.
 const d = data.diagnosis, unit = d.fit.unit;
-const joints = [...data.runs, ...data.torque].reduce((most, run) => Math.max(most, run.joints.length), 1);
+const joints = d.joints;
 const file = path => path.split("/").pop();
 const of_joint = (recording, j) => file(recording) + (joints > 1 ? `, joint ${j + 1}` : "");
 const free = Object.entries(d.parameters).filter(([, p]) => p.free).map(([name]) => name);
 // Probabilities are never rounded to certainty.
 const chance = p => p > 0.9995 ? "more than 99.9\u00a0%" : p < 0.001 ? "less than 0.1\u00a0%" : percent(p);
 const interval = sd => sd ? {value: 1.96 * sd, text: "± " + number(1.96 * sd, 2)} : null;
-const velocity = unit ? unit + "/s" : "";
-const torque = unit === "m" ? "N" : unit === "rad" ? "N m" : "";
 
 const fit = () => {
   const held = d.fit.held_out.before === null ? "train" : "held_out", error = d.fit[held];
@@ -40,7 +38,7 @@ const fit = () => {
               {label: "nominal", values: joint.before, colour: "orange", dash: [6, 4]},
               {label: "corrected", values: joint.after, colour: "blue"}
             ],
-            {y: with_unit("position", unit), height: 260, sync: "fit"}));
+            {y: with_unit("position", d.units[j].position), height: 260, sync: "fit"}));
     run.joints.forEach(
         (joint, j) => plot(
             place,
@@ -51,21 +49,21 @@ const fit = () => {
               {label: "nominal", values: less(joint.measured, joint.before), colour: "orange", width: 1},
               {label: "corrected", values: less(joint.measured, joint.after), colour: "blue", width: 1}
             ],
-            {y: with_unit("error", unit), height: 200, sync: "fit"}));
+            {y: with_unit("error", d.units[j].position), height: 200, sync: "fit"}));
     place.append(paragraph(kPlotHelp, "soft hint"));
   });
 };
 
 // The missing torque in the plane of position and velocity: its sign is the colour, its size the strength.
-const plane = (place, caption, joint) => {
+const plane = (place, caption, joint, units) => {
   const keep = Math.max(1, Math.ceil(joint.q.length / 2500)),
         wide = ([a, b]) => [a - 0.04 * (b - a || 1), b + 0.04 * (b - a || 1)];
   const size = joint.torque.filter(x => x !== null).map(Math.abs).sort((a, b) => a - b),
         full = size[Math.floor(0.98 * (size.length - 1))] || 1;
-  caption += ` Full colour: ±${number(full, 3)} ${torque}.`;
+  caption += ` Full colour: ±${[number(full, 3), units.torque].join(" ").trim()}.`;
   const frame = axes(
       caption, wide(range([joint.q])), wide(range([joint.v])),
-      [with_unit("position", unit), with_unit("velocity", velocity)]);
+      [with_unit("position", units.position), with_unit("velocity", units.velocity)]);
   for (let i = 0; i < joint.q.length; i += keep) {
     if (joint.q[i] === null || joint.v[i] === null || joint.torque[i] === null) continue;
     const share = Math.max(-1, Math.min(1, joint.torque[i] / full));
@@ -109,7 +107,7 @@ const mismatch = () => {
             {label: "lower", values: band(-1), colour: "line", width: 0.5, silent: true}
           ],
           {
-            y: with_unit("missing torque", torque),
+            y: with_unit("missing torque", d.units[j].torque),
             height: 240,
             bands: [[2, 3]],
             marks: times.map(m => ({...m, colour: "shade"}))
@@ -117,7 +115,7 @@ const mismatch = () => {
       plane(
           pair,
           who + ": missing torque by position and velocity; strong colours: large, blue: positive, orange: negative.",
-          joint);
+          joint, d.units[j]);
     });
     place.append(pair);
   });

@@ -29,7 +29,7 @@ const calibration = place => {
 // How often each answer (column) was given where one effect, an invention or nothing was hidden (row).
 const matrix = () => {
   const place = element("div", {class: "scroll", tabindex: "0", role: "region", "aria-label": "What was said of what"});
-  const last = ["nothing", "several", "declined", "too little data"];
+  const last = ["nothing", "several", "declined", "too little data", "check the spec"];
   const rank = name => last.indexOf(name);  // effects before them
   const rows = [...data.matrix].sort((a, b) => group(a.hidden) - group(b.hidden) || a.hidden.localeCompare(b.hidden));
   const answers = new Set(rows.flatMap(row => Object.keys(row.said)));

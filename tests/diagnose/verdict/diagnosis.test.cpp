@@ -1,13 +1,12 @@
 // The diagnosis names what an independent simulator has hidden, and declines where nothing is hidden.
 
-#include "diagnose/verdict/diagnosis.hpp"
-
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "diagnose/verdict/diagnose.hpp"
 #include "diagnose/verdict/present.hpp"
 #include "diagnose/verdict/simulate_model.hpp"
 #include "io/emit.hpp"
@@ -38,20 +37,20 @@ Names hidden_names(const nlohmann::json& truth) {
 }
 
 /// Explanation, with names that the data cannot separate replaced by the first of their list.
-Names said_names(const nlohmann::ordered_json& json) {
+Names said_names(const Diagnosis& d) {
   Names names;
-  for (const auto& effect : json["explanation"]["effects"]) {
-    names.insert(effect["name"].get<std::string>() + "@" + std::to_string(effect["joint"].get<int>()));
+  for (const ExplainedEffect& effect : d.explanation.effects) {
+    names.insert(effect.name + "@" + std::to_string(effect.joint));
   }
   return names;
 }
 
-bool inseparable(const nlohmann::ordered_json& json, const Names& a, const Names& b) {
+bool inseparable(const Diagnosis& d, const Names& a, const Names& b) {
   if (a.size() != 1 || b.size() != 1) return false;
   const auto bare = [](const std::string& name) { return name.substr(0, name.find('@')); };
-  for (const auto& list : json["indistinguishable"]) {
+  for (const std::vector<std::string>& list : d.indistinguishable) {
     std::set<std::string> names;
-    for (const auto& name : list) names.insert(bare(name.get<std::string>()));
+    for (const std::string& name : list) names.insert(bare(name));
     if (names.contains(bare(*a.begin())) && names.contains(bare(*b.begin()))) return true;
   }
   return false;
@@ -69,21 +68,21 @@ TEST_CASE("What an independent simulator has hidden is named, and the corrected 
   const nlohmann::json truth = nlohmann::json::parse(read_file(folder / "truth.json", 10'000'000));
   for (const auto& [name, entry] : truth.items()) {
     INFO(name);
-    const Diagnosis diagnosis = diagnose(read_diagnosis_spec(folder / name / "spec.yaml"));
-    const nlohmann::ordered_json& json = diagnosis.json;
+    const Diagnosis d = diagnose(read_diagnosis_spec(folder / name / "spec.yaml")).diagnosis;
+    CHECK(to_json(read_diagnosis(nlohmann::ordered_json::parse(to_json(d).dump()), "")) == to_json(d));
     const Names wanted = hidden_names(entry);
     const double noise = entry.at("noise_with_quantum");
     if (wanted.empty()) {
-      CHECK(json["verdict"] == "nothing_missing");
-      CHECK(json["mismatch"]["explained_by_parameters"] == entry.at("parameter_error"));
+      CHECK(d.verdict == Verdict::nothing_missing);
+      CHECK(d.mismatch.explained_by_parameters == entry.at("parameter_error"));
     } else {
-      const Names said = said_names(json);
-      CHECK(json["verdict"] == "named");
-      CHECK((said == wanted || inseparable(json, said, wanted)));
-      CHECK(json["explanation"]["probability"].get<double>() >= 0.9);
+      const Names said = said_names(d);
+      CHECK(d.verdict == Verdict::named);
+      CHECK((said == wanted || inseparable(d, said, wanted)));
+      CHECK(d.explanation.probability >= 0.9);
     }
-    CHECK(json["fit"]["held_out"]["after"].get<double>() / noise < 1.1);
-    CHECK(json["fit"]["noise_floor"].get<double>() == Approx(noise).epsilon(0.1));
+    CHECK(d.fit.held_out.after.value() / noise < 1.1);
+    CHECK(d.fit.noise_floor == Approx(noise).epsilon(0.1));
   }
 }
 
@@ -96,12 +95,12 @@ TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[
   const fs::path out = fs::temp_directory_path() / "bayesctrl_model_test";
   for (const char* name : {"case001", "case014", "case021", "case174", "case206"}) {
     INFO(name);
-    const Diagnosis diagnosis = diagnose(read_diagnosis_spec(folder / name / "spec.yaml"));
-    write_diagnosis(diagnosis, out);
+    const Diagnosed diagnosed = diagnose(read_diagnosis_spec(folder / name / "spec.yaml"));
+    write_diagnosis(diagnosed, out);
     CHECK(is_model_file(out / "model.yaml"));
     const SimulatedModel run =
         simulate_model(read_model_file(read_yaml(out / "model.yaml")), folder / name / "test1.csv", 1.0);
-    CHECK(run.rms == Approx(diagnosis.json["fit"]["held_out"]["after"].get<double>()).epsilon(0.01));
+    CHECK(run.rms == Approx(diagnosed.diagnosis.fit.held_out.after.value()).epsilon(0.01));
   }
   fs::remove_all(out);
 }
@@ -142,14 +141,15 @@ signals: {time: time, position: [pos_meas1, pos_meas2], input: [tau_con1, tau_co
 recordings: [{file: trajectory_154220.csv, from: 0, to: 3}]
 held_out: [trajectory_144003.csv]
 )";
-  const Diagnosis diagnosis = diagnose(read_diagnosis_spec(parse_yaml(spec, (folder / "spec.yaml").string())));
-  CHECK(said_names(diagnosis.json) == Names{"coulomb_friction@1", "coulomb_friction@2"});
+  const Diagnosis d = diagnose(read_diagnosis_spec(parse_yaml(spec, (folder / "spec.yaml").string()))).diagnosis;
+  CHECK(said_names(d) == Names{"coulomb_friction@1", "coulomb_friction@2"});
   for (const char* name : {"com1", "com2", "inertia1", "inertia2"}) {
     INFO(name);
-    const nlohmann::ordered_json& p = diagnosis.json["parameters"][name];
-    CHECK(p["value"].get<double>() == Approx(p["nominal"].get<double>()).epsilon(0.4));
+    const NominalParameter* p = d.parameters.find(name);
+    REQUIRE(p != nullptr);
+    CHECK(p->value == Approx(p->nominal).epsilon(0.4));
   }
-  const nlohmann::ordered_json& held_out = diagnosis.json["fit"]["held_out"];
-  CHECK(held_out["refit"].get<double>() <= held_out["before"].get<double>());
-  CHECK(held_out["after"].get<double>() < 0.5 * held_out["refit"].get<double>());
+  const FitErrors& held_out = d.fit.held_out;
+  CHECK(held_out.refit.value() <= held_out.before.value());
+  CHECK(held_out.after.value() < 0.5 * held_out.refit.value());
 }

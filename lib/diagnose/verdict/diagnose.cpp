@@ -1,0 +1,411 @@
+#include "diagnose/verdict/diagnose.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "base/format.hpp"
+#include "diagnose/discrepancy/decline.hpp"
+#include "diagnose/recording/read_recording.hpp"
+#include "diagnose/verdict/present.hpp"
+#include "diagnose/verdict/propose.hpp"
+#include "diagnose/verdict/units.hpp"
+#include "diagnose/verdict/where.hpp"
+#include "diagnose/verdict/which.hpp"
+#include "io/emit.hpp"
+#include "io/files.hpp"
+#include "physics/parameters.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kSignificant = 1e-4;       // p-value of what the best explanation leaves
+constexpr double kNothing = 1e-5;           // p-value of the nominal alone, where no effect explains anything
+constexpr double kWindow = 2.0;             // s, over which explanations are fitted
+constexpr double kFastestMode = 10.0;       // Hz, of the mechanics, at least
+constexpr double kBandwidth = 2.5;          // times the motion's mean frequency
+constexpr double kSamplesPerPeriod = 20.0;  // of the fastest mode; more are thinned out for the search
+constexpr double kMaterial = 0.1;           // of the refit nominal's error
+constexpr double kEarned = 10.0;            // nats by which effects beside a remainder must beat it alone
+constexpr double kConfident = 0.9;          // probability, below which the verdict is `ambiguous`
+constexpr double kShown = 1e-4;             // probability of an alternative that is listed
+constexpr double kLeastDuration = 1.0;      // s of recording
+constexpr double kLeastSamples = 60.0;
+constexpr double kLeastMotion = 5.0;  // of the noise, RMS: below, the machine never moved
+constexpr std::size_t kMostAlternatives = 10;
+
+/// Which recordings say enough to be diagnosed; a reason where they do not.
+std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
+  double samples = 0.0, duration = 0.0;
+  for (const Measured& m : data) {
+    samples += static_cast<double>(m.samples());
+    duration += m.time.back();
+  }
+  if (samples < kLeastSamples) return "only " + format(samples, 6) + " samples in all";
+  if (duration < kLeastDuration) return "only " + format(duration, 3) + " s of recording in all";
+  double most = 0.0;
+  for (const Measured& m : data) {
+    for (Eigen::Index j = 0; j < noise.size(); ++j) {
+      const Eigen::ArrayXd q = m.position.col(j).array() - m.position.col(j).mean();
+      most = std::max(most, std::sqrt(q.square().mean()) / std::max(noise[j], 1e-300));
+    }
+  }
+  if (most < kLeastMotion) return "the machine never moves beyond its sensor's noise";
+  if (windows(data, kWindow).empty()) return "no stretch of a second without a gap";
+  return "";
+}
+
+std::vector<Measured> read_all(const std::vector<RecordingFile>& files, const Signals& signals) {
+  std::vector<Measured> data;
+  for (const RecordingFile& file : files) data.push_back(read_recording(file, signals));
+  return data;
+}
+
+/// Measured against the user's own simulations.
+Mismatch compare_simulations(const DiagnosisSpec& spec, const std::vector<Measured>& data,
+                             const Eigen::VectorXd& noise) {
+  std::vector<Interval> times;
+  Eigen::VectorXd worst = Eigen::VectorXd::Zero(noise.size());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (spec.recordings[r].simulation.empty()) continue;
+    const Departure found = departure(data[r], read_simulation(spec.recordings[r], spec.signals, data[r]), noise, r);
+    times.insert(times.end(), found.times.begin(), found.times.end());
+    worst = worst.cwiseMax(found.distance);
+  }
+  Mismatch mismatch;
+  mismatch.detected = !times.empty();
+  mismatch.p_value = times.empty() ? 1.0 : 0.0;
+  mismatch.time = shown(times, data);
+  if (Eigen::Index joint = 0; !times.empty()) {
+    worst.maxCoeff(&joint);
+    mismatch.joint = static_cast<int>(joint) + 1;
+  }
+  return mismatch;
+}
+
+/// What is said before anything was searched.
+Diagnosis blank(const DiagnosisSpec& spec) {
+  Diagnosis blank;
+  blank.name = spec.name;
+  blank.joints = spec.joints();
+  blank.units = joint_units(spec);
+  blank.fit.unit = blank.units.front().position;
+  blank.fit.horizon = spec.horizon;
+  return blank;
+}
+
+/// What the recordings say about the nominal and about sets of effects.
+struct Search {
+  const DiagnosisSpec& spec;
+  const Plant& nominal;
+  const std::vector<Measured>& data;  // thinned out for the search
+  const ExplainOptions& options;
+  Explanation explanation;
+  std::vector<Trajectory> smoothed;
+
+  const Linearisation& about() const { return *explanation.linearisation; }
+  const Fit& best() const { return explanation.best().fit; }
+  const Fit& refit() const { return explanation.without_effects().fit; }
+};
+
+ExplainOptions search_options(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
+                              const Eigen::VectorXd& noise) {
+  const double fastest = std::max(kFastestMode, kBandwidth * mean_frequency(recordings, noise));
+  return {spec.effects, spec.model.free, kWindow * kFastestMode / fastest, fastest};
+}
+
+Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, const ExplainOptions& options,
+              const StageBegins& stage) {
+  const Plant& nominal = *spec.model.plant;
+  stage(2, "searching explanations");
+  Explanation explanation = explain(nominal, data, options);
+  stage(50, "comparing the best");
+  prefer_simple(explanation, data, options, spec.horizon);
+  std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
+  return {spec, nominal, data, options, std::move(explanation), std::move(smoothed)};
+}
+
+/// What the nominal leaves as it was given.
+struct AsGiven {
+  double p_value = 1.0;
+  std::vector<Eigen::MatrixXd> rests;
+};
+
+AsGiven nominal_as_given(const Search& search) {
+  const Explanation& explanation = search.explanation;
+  const LinearResponse response(search.nominal, search.data, explanation.measured->paths, explanation.noise,
+                                search.about().response->windows(), search.options.fastest_mode);
+  const FitProblem problem{
+      search.nominal,         search.nominal,      {}, search.data, response, *search.about().excitation,
+      search.options.penalty, explanation.max_step};
+  const Fit given = search.options.free.empty() ? search.refit() : fit(problem, {});
+  return {explanation.p_value(given), rests(problem, given)};
+}
+
+/// The verdict, and the model that is stated.
+struct Judgement {
+  Verdict verdict = Verdict::nothing_missing;
+  bool significant = false;                      // what the best set leaves
+  double share = 0.0;                            // of the refit nominal's error that it leaves
+  Fit fit;                                       // that is stated,
+  Remainder remainder;                           // and what stands beside it
+  Discrepancy::Dependence left;                  // what that depends on which the stated model leaves
+  std::optional<Discrepancy::Dependence> whole;  // and what the nominal leaves
+  Alike alike;
+  double p_given = 1.0;
+  bool parameters_explain = false;
+
+  bool says_effects() const { return !fit.effects.empty(); }
+  bool detected() const { return verdict != Verdict::nothing_missing || parameters_explain; }
+};
+
+/// What is missing as the measured motion shows it, without what free parameters can do.
+struct Missing {
+  Discrepancy discrepancy;
+  Cleared rows;
+};
+
+Missing missing_torque(const Search& search) {
+  const Explanation& explanation = search.explanation;
+  return {Discrepancy(*explanation.measured, search.data),
+          without_free(*explanation.measured, explanation.start, search.data, search.options.free)};
+}
+
+/// Where the best set leaves something: whether it is declined, and what stands in.
+void judge_remainder(Judgement& judgement, const Search& search, const Missing& missing) {
+  const Explanation& explanation = search.explanation;
+  const double horizon = search.spec.horizon;
+  const auto error = [&](const Fit& fit) {
+    return error_beyond_noise(fit, explanation, search.data, search.smoothed, horizon);
+  };
+  judgement.share = error(search.best()) / std::max(error(search.refit()), 1e-300);
+  const bool named_something = !search.best().effects.empty();
+  Discrepancy::Beside odds;
+  if (named_something) {
+    odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, search.options.penalty);
+  }
+  const bool earned = named_something && odds.log_odds > kEarned;
+  const bool declined = !earned || judgement.share > kMaterial;
+  if (declined) judgement.verdict = Verdict::unknown;
+  std::optional<Discrepancy> anew;
+  if (explanation.linearisation != explanation.measured) anew.emplace(search.about(), search.data);
+  const Discrepancy& about_best = anew ? *anew : missing.discrepancy;
+  const StandIn found = declined ? stand_in(explanation, missing.discrepancy, about_best, missing.rows.target,
+                                            search.data, search.smoothed, horizon)
+                                 : beside_best(explanation, about_best, search.data, search.smoothed, horizon);
+  judgement.fit = found.fit;
+  judgement.remainder = found.remainder;
+  judgement.left = found.remaining;
+  if (declined) judgement.whole = found.whole;
+}
+
+Judgement judge(const Search& search, const Missing& missing, double p_given) {
+  const Explanation& explanation = search.explanation;
+  Judgement result;
+  const bool named_something = !search.best().effects.empty();
+  result.verdict = named_something ? Verdict::named : Verdict::nothing_missing;
+  result.fit = search.best();
+  result.alike = find_alike(explanation, search.spec.joints());
+  result.p_given = p_given;
+  result.significant = explanation.p_value(search.best()) < (named_something ? kSignificant : kNothing);
+  if (result.significant) judge_remainder(result, search, missing);
+  const bool sure = result.alike.probability >= kConfident;
+  if (result.verdict == Verdict::named && !sure) result.verdict = Verdict::ambiguous;
+  result.parameters_explain =
+      result.verdict == Verdict::nothing_missing && p_given < kNothing && !search.options.free.empty();
+  if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);
+  return result;
+}
+
+/// Where the mismatch is: when, on what it depends, in which joint and on which side of the machine.
+Mismatch locate(const Search& search, const Judgement& judgement) {
+  Mismatch mismatch;
+  mismatch.detected = judgement.detected();
+  mismatch.p_value = judgement.p_given;
+  mismatch.explained_by_parameters = judgement.parameters_explain;
+  if (!mismatch.detected) return mismatch;
+  mismatch.time = shown(significant_times(search.explanation, search.data, search.smoothed), search.data);
+  mismatch.depends_on = shown(judgement.whole->shares());
+  mismatch.joint = judgement.whole->joint + 1;
+  mismatch.channel = judgement.whole->leads() == Cause::input ? Channel::input : Channel::drift;
+  if (judgement.says_effects()) {
+    const Effect& main = search.best().effects[strongest(search.explanation)];
+    mismatch.channel = channel_of(main.form);
+    mismatch.joint = main.joint + 1;
+  }
+  return mismatch;
+}
+
+Explained explained(const Search& search, const Judgement& judgement, const std::vector<JointUnits>& units) {
+  Explained result;
+  if (!judgement.says_effects()) {
+    const bool nothing = judgement.verdict == Verdict::nothing_missing;
+    result.probability = nothing ? search.explanation.best().probability : 0.0;
+    return result;
+  }
+  const Fit& best = search.best();
+  for (std::size_t e = 0; e < best.effects.size(); ++e) {
+    result.effects.push_back(shown_effect(best, e, search.data, units));
+  }
+  result.equation = equation(best.effects, search.spec.joints());
+  result.probability = judgement.alike.probability;
+  return result;
+}
+
+std::vector<Alternative> alternatives(const Search& search, const Judgement& judgement) {
+  const int joints = search.spec.joints();
+  const std::vector<const Candidate*>& alike = judgement.alike.sets;
+  std::vector<Alternative> list;
+  for (const Candidate& candidate : search.explanation.candidates) {
+    if (&candidate == &search.explanation.best() || candidate.probability < kShown) continue;
+    const bool counted = std::find(alike.begin(), alike.end(), &candidate) != alike.end();
+    list.push_back({labels(candidate.fit.effects, joints), candidate.probability,
+                    equation(candidate.fit.effects, joints), counted && judgement.says_effects()});
+    if (list.size() >= kMostAlternatives) break;
+  }
+  return list;
+}
+
+/// States what was found: which physics, what else it may be, what is left, and the nominal's parameters.
+void state(Diagnosis& diagnosis, const Search& search, const Judgement& judgement) {
+  diagnosis.verdict = judgement.verdict;
+  diagnosis.fit.noise_floor = search.explanation.noise_rms();
+  diagnosis.mismatch = locate(search, judgement);
+  diagnosis.explanation = explained(search, judgement, diagnosis.units);
+  for (const std::vector<std::string>& names : judgement.alike.classes) {
+    if (judgement.says_effects() && names.size() > 1) diagnosis.indistinguishable.push_back(names);
+  }
+  diagnosis.alternatives = alternatives(search, judgement);
+  if (judgement.significant && judgement.verdict != Verdict::nothing_missing) {
+    diagnosis.remainder = {std::min(1.0, judgement.share * judgement.share), shown(judgement.left.shares())};
+  }
+  const std::vector<std::string>& free = search.options.free;
+  for (const std::string& name : parameter_names(search.nominal)) {
+    const bool estimated = std::find(free.begin(), free.end(), name) != free.end();
+    diagnosis.parameters.items.emplace_back(
+        name, shown_parameter(search.nominal, judgement.fit, name, estimated, diagnosis.units.front()));
+  }
+}
+
+/// Models whose free runs are compared.
+struct Models {
+  Corrected before, refit, after;
+  std::optional<Corrected> with_remainder;  // where `after` leaves the remainder out
+};
+
+Models models_of(const Search& search, const Judgement& judgement) {
+  Models models;
+  models.before = {search.nominal, {}, {}};
+  models.refit = {search.refit().plant, {}, {}};
+  models.after = {judgement.fit.plant, judgement.fit.effects, {}};
+  if (judgement.verdict == Verdict::unknown) models.after.remainder = judgement.remainder;
+  if (judgement.verdict == Verdict::nothing_missing) models.after = models.refit;
+  if (judgement.significant && judgement.verdict != Verdict::unknown && !judgement.remainder.empty()) {
+    models.with_remainder = models.after;
+    models.with_remainder->remainder = judgement.remainder;
+  }
+  return models;
+}
+
+/// Errors of the models over recordings, which are added to `runs`.
+FitErrors compare(const Models& models, const Search& search, const std::vector<Measured>& recordings, bool held_out,
+                  const std::vector<JointUnits>& units, Table& runs) {
+  const Explanation& explanation = search.explanation;
+  const std::vector<Trajectory> paths = smooth_all(search.nominal, recordings, explanation.noise);
+  const auto run = [&](const Corrected& model) {
+    return free_runs(model, recordings, paths, search.spec.horizon, held_out, explanation.max_step);
+  };
+  const FreeRuns before = run(models.before), after = run(models.after);
+  FitErrors errors;
+  errors.before = before.rms;
+  errors.refit = search.options.free.empty() ? before.rms : run(models.refit).rms;
+  errors.after = after.rms;
+  if (models.with_remainder) errors.after_with_remainder = run(*models.with_remainder).rms;
+  add_runs(runs, held_out ? "held_out" : "train", recordings, before, after, units);
+  return errors;
+}
+
+Residual test_residuals(const Search& search, const AsGiven& given) {
+  const FitProblem about_best = problem_about(search.about(), search.explanation, search.data, search.options);
+  const std::vector<ResidualTests> tests = residual_tests(search.about(), search.data, search.explanation.noise,
+                                                          {given.rests, rests(about_best, search.best())});
+  return {shown(tests[0], search.data), shown(tests[1], search.data)};
+}
+
+/// Whether there is something to explain, and a model to explain it with: else the reason is stated.
+bool can_be_explained(const DiagnosisSpec& spec, const std::vector<Measured>& recordings, const Eigen::VectorXd& noise,
+                      Diagnosis& diagnosis) {
+  diagnosis.fit.noise_floor = noise.norm() / std::sqrt(static_cast<double>(noise.size()));
+  diagnosis.reason = too_little(recordings, noise);
+  if (!diagnosis.reason.empty()) return false;
+  const bool simulations = std::any_of(spec.recordings.begin(), spec.recordings.end(),
+                                       [](const RecordingFile& file) { return !file.simulation.empty(); });
+  if (!simulations) return true;
+  Mismatch mismatch = compare_simulations(spec, recordings, noise.cwiseMax(1e-12));
+  if (spec.model.plant) {
+    diagnosis.simulation_mismatch = std::move(mismatch);
+    return true;
+  }
+  diagnosis.mismatch = std::move(mismatch);
+  diagnosis.verdict = Verdict::unknown;
+  diagnosis.reason = "no model: measured and simulated motion are compared, nothing is explained";
+  return false;
+}
+
+/// Explains recordings by a search on thinned-out ones. Held-out recordings are read last.
+void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings, const Eigen::VectorXd& noise,
+                 const StageBegins& stage, Diagnosed& result) {
+  Diagnosis& diagnosis = result.diagnosis;
+  const ExplainOptions options = search_options(spec, recordings, noise);
+  const std::vector<Measured> data = decimated(recordings, kSamplesPerPeriod * options.fastest_mode);
+  const Search found = search(spec, data, options, stage);
+  stage(60, "testing what they leave");
+  const AsGiven given = nominal_as_given(found);
+  const Judgement judgement = judge(found, missing_torque(found), given.p_value);
+  state(diagnosis, found, judgement);
+
+  stage(80, "simulating the recordings");
+  const Models models = models_of(found, judgement);
+  diagnosis.fit.train = compare(models, found, recordings, false, diagnosis.units, result.runs);
+  stage(88, "planning the next experiment");
+  diagnosis.residual = test_residuals(found, given);
+  diagnosis.next_experiment = propose(found.nominal, found.explanation, data, diagnosis.units);
+  if (!spec.held_out.empty()) {
+    stage(94, "simulating held-out recordings");
+    const std::vector<Measured> held_out = read_all(spec.held_out, spec.signals);
+    diagnosis.fit.held_out = compare(models, found, held_out, true, diagnosis.units, result.runs);
+  }
+  result.missing_torque = torque_table(data, found.smoothed, diagnosis.units);
+  result.model = model_json(spec, models.after, judgement.fit);
+}
+
+}  // namespace
+
+Diagnosed diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
+  if (const std::vector<SpecError> missing = missing_files(spec); !missing.empty()) throw missing.front();
+  const auto begun = std::chrono::steady_clock::now();
+  Diagnosed result{blank(spec), {}, {}, {}};
+  const std::vector<Measured> recordings = read_all(spec.recordings, spec.signals);
+  const Eigen::VectorXd noise = noise_level(recordings);
+  if (can_be_explained(spec, recordings, noise, result.diagnosis)) {
+    explain_all(
+        spec, recordings, noise, begins ? begins : [](int, std::string_view) {}, result);
+  }
+  result.diagnosis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  return result;
+}
+
+void write_diagnosis(const Diagnosed& diagnosed, const std::filesystem::path& folder) {
+  FileBatch batch;
+  batch.add(folder / "diagnosis.json", to_json(diagnosed.diagnosis).dump(2) + "\n");
+  if (!diagnosed.model.is_null()) batch.add(folder / "model.yaml", to_yaml(diagnosed.model));
+  if (!diagnosed.missing_torque.columns.empty()) {
+    batch.add(folder / "missing_torque.csv", to_csv(diagnosed.missing_torque, 7));
+  }
+  if (!diagnosed.runs.columns.empty()) batch.add(folder / "fit.csv", to_csv(diagnosed.runs, 7));
+  batch.commit();
+}
+
+}  // namespace bayesctrl
