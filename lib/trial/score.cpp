@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include "base/format.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/fields.hpp"
-#include "physics/remainder.hpp"
+#include "physics/discrepancy/remainder.hpp"
 
 namespace bayesctrl {
 
