@@ -28,7 +28,7 @@ std::map<std::string, std::string> without_provenance(std::map<std::string, std:
 
 }  // namespace
 
-TEST_CASE("run --json prints exactly one JSON object and nothing else", "[apps]") {
+TEST_CASE("run --json prints exactly one JSON object and nothing else", "[apps][slow]") {
   const Folder folder;
   const std::string spec = write_slide(folder, "sweep: {seed: [1, 2]}\n"), out = folder.path() / "out";
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--progress", "bar"}, {"--quiet"}}) {

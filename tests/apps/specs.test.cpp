@@ -108,7 +108,7 @@ TEST_CASE("init writes an experiment that validates and runs, and overwrites not
   CHECK_THAT(bayesctrl_with({"init", "experiment", "--plant", "pendulm"}).err, Contains("did you mean 'pendulum'?"));
 }
 
-TEST_CASE("init writes a diagnosis of a recording that diagnose answers", "[apps]") {
+TEST_CASE("init writes a diagnosis of a recording that diagnose answers", "[apps][slow]") {
   const Folder folder;
   write_recording(folder.path() / "swing.csv");
   const std::string spec = folder.path() / "specs" / "swing.yaml";

@@ -15,7 +15,7 @@ const std::string kScript = std::string(BAYESCTRL_SOURCE_DIR) + "/scripts/sweep_
 
 }  // namespace
 
-TEST_CASE("scripts/sweep_example.sh sweeps a gain and a length scale and gathers a row for every run", "[apps]") {
+TEST_CASE("scripts/sweep_example.sh sweeps a gain and a length scale and gathers a row for every run", "[apps][slow]") {
   const Folder folder;  // also the current folder: the script may be run from anywhere
   const CommandResult result = run_command(
       {"env", "BAYESCTRL=" BAYESCTRL_BINARY, kScript, (folder.path() / "my results").string()}, folder.path());
@@ -30,7 +30,7 @@ TEST_CASE("scripts/sweep_example.sh sweeps a gain and a length scale and gathers
   CHECK(std::count(result.out.begin(), result.out.end(), '\n') == 2 + 6 * 5);  // two lines of header
 }
 
-TEST_CASE("The swept settings of scripts/sweep_example.sh take effect, and nothing else changes", "[apps]") {
+TEST_CASE("The swept settings of scripts/sweep_example.sh take effect, and nothing else changes", "[apps][slow]") {
   const Folder folder;
   REQUIRE(run_command({"env", "BAYESCTRL=" BAYESCTRL_BINARY, kScript, folder.path()}).status == 0);
   const auto energy = [&](const std::string& study, std::size_t row) {

@@ -104,7 +104,7 @@ TEST_CASE("A run with --plot draws every controller's position and input, withou
 }
 
 TEST_CASE("On a terminal plots are coloured and a bar is drawn, unless NO_COLOR and --progress say otherwise",
-          "[apps]") {
+          "[apps][slow]") {
   if (!installed("script")) return;
   const Two two;
   const auto on_terminal = [&](const std::string& environment, const std::string& options) {

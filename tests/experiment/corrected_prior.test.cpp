@@ -38,7 +38,7 @@ std::vector<Measured> recordings_of(const Model& truth) {
 
 TEST_CASE(
     "With the diagnosed model as prior mean, SP1 needs fewer points and less energy and comes closer to the oracle",
-    "[experiment][diagnose]") {
+    "[experiment][diagnose][slow]") {
   const Plant nominal = Pendulum{.length = 1.0, .friction = 0.3, .mass = 0.5};
   const Model truth{nominal, {{CoulombFriction{0.35}, 0, -1}}};
   std::vector<std::size_t> all(std::variant_size_v<EffectForm>);

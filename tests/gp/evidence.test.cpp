@@ -91,8 +91,8 @@ TEST_CASE("The evidence is that of the prior asked about, not of the one that th
   GaussianProcess second = process_with({Matern32{2.0, {0.5, 3.0}}}, 0.3);
   second.mean = -1.0;
   const Eigen::MatrixXd inputs = random_points(30, 2, 2.0, 52);
-  const std::vector<double> targets = smooth_at(inputs), noises(30, 1.0);
-  const Posterior data = condition(first, inputs, targets, noises);  // noises of its own, which evidence does not use
+  const std::vector<double> targets = smooth_at(inputs);
+  const Posterior data = condition(first, inputs, targets);
   CHECK(evidence(second, data).value ==
         Approx(DenseProcess(second, inputs, targets, std::vector<double>(30, 0.3)).log_marginal_likelihood())
             .epsilon(kRoundOff));
@@ -100,7 +100,7 @@ TEST_CASE("The evidence is that of the prior asked about, not of the one that th
 }
 
 TEST_CASE("Samples with a noise of their own count with it, in the evidence and in its gradient", "[gp]") {
-  GaussianProcess prior = process_with(example_kernels(2).front().second, 1e-2);
+  GaussianProcess prior = process_with(example_kernels(2).front().value, 1e-2);
   const Eigen::MatrixXd inputs = random_points(20, 2, 2.0, 53);
   const std::vector<double> targets = smooth_at(inputs);
   Posterior data(prior, 2);

@@ -140,7 +140,7 @@ TEST_CASE("an alias is a copy, bounded in number and depth", "[io]") {
   CHECK(parse_error(deep) == "exp1.yaml:2:34: nested deeper than 64 levels");
 }
 
-TEST_CASE("nesting and size are bounded", "[io]") {
+TEST_CASE("nesting and size are bounded", "[io][slow]") {
   CHECK(parse_error(repeated("[", 64) + repeated("]", 64)) == "nothing thrown");
   CHECK(parse_error(repeated("[", 65) + repeated("]", 65)) == "exp1.yaml:1:65: nested deeper than 64 levels");
   for (const char* opening : {"[", "{", "- ", "? ", "{a: ", "[a, ", ": ", "&a [", "a:\n "}) {

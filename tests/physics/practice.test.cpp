@@ -72,7 +72,8 @@ Misfit misfit(const PracticeCase& practice, bool with_hidden) {
 
 }  // namespace
 
-TEST_CASE("With the hidden effect of a practice case, free runs fit its recordings to the noise", "[effects][data]") {
+TEST_CASE("With the hidden effect of a practice case, free runs fit its recordings to the noise",
+          "[effects][data][slow]") {
   const std::vector<PracticeCase> cases = practice_cases();
   if (cases.empty()) WARN("skipped: the practice recordings are not there");
   for (const PracticeCase& practice : cases) {

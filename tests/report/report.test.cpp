@@ -45,7 +45,8 @@ std::filesystem::path diagnosed(const Folder& folder, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs nothing of the user's", "[report]") {
+TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs nothing of the user's",
+          "[report][slow]") {
   const Folder folder;
   const auto out = diagnosed(folder, "\"<script>alert(1)</script> & co\"");
   const std::string html = read_file(out / "report.html", 10'000'000);
@@ -71,7 +72,7 @@ TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs 
   CHECK(read_file(out / "report.html", 10'000'000) == html);
 }
 
-TEST_CASE("With --no-report there is none, and a folder without results has none", "[report]") {
+TEST_CASE("With --no-report there is none, and a folder without results has none", "[report][slow]") {
   const Folder folder;
   const auto out = diagnosed(folder, "plain");
   std::filesystem::remove(out / "report.html");
@@ -105,7 +106,7 @@ TEST_CASE("The report of a trial shows what was said for what", "[report]") {
   CHECK_THAT(html, Contains(R"("cases":3.0)"));
 }
 
-TEST_CASE("Damaged results of a diagnosis or a trial are told, with their place", "[report]") {
+TEST_CASE("Damaged results of a diagnosis or a trial are told, with their place", "[report][slow]") {
   const Folder folder;
   const auto error = [&] { return io_examples::error_of<DataError>([&] { report({folder.path()}); }); };
   write_file(folder.path() / "diagnosis.json", "{\"name\": ");

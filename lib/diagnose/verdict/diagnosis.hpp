@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/fields.hpp"
+#include "diagnose/discrepancy/term_groups.hpp"
 #include "physics/discrepancy/remainder.hpp"
 
 namespace bayesctrl {

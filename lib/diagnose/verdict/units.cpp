@@ -9,7 +9,7 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr std::string_view kForce = "N", kTorque = "N m", kAngle = "rad", kLength = "m";
+constexpr std::string_view kForce = "N", kTorque = "N m", kRadian = "rad", kLength = "m";
 
 /// A product of powers: "N m s/rad" is N, m and s with 1 and rad with -1.
 class UnitProduct {
@@ -71,8 +71,8 @@ std::string product(std::string_view a, std::string_view b) {
 
 /// "N m s/rad" with m in the place of rad.
 std::string with_position(std::string text, const std::string& position) {
-  for (std::size_t at = text.find(kAngle); at != std::string::npos; at = text.find(kAngle, at + position.size())) {
-    text.replace(at, kAngle.size(), position);
+  for (std::size_t at = text.find(kRadian); at != std::string::npos; at = text.find(kRadian, at + position.size())) {
+    text.replace(at, kRadian.size(), position);
   }
   return text;
 }
@@ -81,16 +81,16 @@ std::string position_unit(const std::optional<Plant>& plant, const std::string& 
   if (!stated.empty()) return stated;
   const bool open = !plant || std::holds_alternative<Custom>(*plant) || std::holds_alternative<Mass>(*plant);
   if (open && input == kForce) return std::string(kLength);
-  if (open && (input == kTorque || input == "Nm")) return std::string(kAngle);
+  if (open && (input == kTorque || input == "Nm")) return std::string(kRadian);
   const std::string own = plant ? unit_for(*plant, "rad or m") : "";
-  return own == kLength ? own : std::string(kAngle);
+  return own == kLength ? own : std::string(kRadian);
 }
 
 std::string torque_unit(const std::optional<Plant>& plant, const std::string& position, const std::string& input) {
   const Custom* custom = plant ? std::get_if<Custom>(&*plant) : nullptr;
   if (custom != nullptr && custom->inertia_text().empty()) return product(position, "1/s^2");
   if (position == kLength) return std::string(kForce);
-  if (position == kAngle || position == "deg") return std::string(kTorque);
+  if (position == kRadian || position == "deg") return std::string(kTorque);
   return custom == nullptr && plant ? unit_for(*plant, "N m or N") : input;
 }
 
@@ -128,9 +128,9 @@ std::string unit_of(const EffectForm& form, std::string_view parameter, const Jo
     if (one.name == parameter) declared = one.info.unit;
   }
   if (declared == "unit of u") return units.input;
-  if (is_phase(form, parameter) || (units.torque == kTorque && units.position == kAngle)) return declared;
+  if (is_phase(form, parameter) || (units.torque == kTorque && units.position == kRadian)) return declared;
   if (std::holds_alternative<CoggingTorque>(form) && parameter == "order")
-    return product(kAngle, "1/" + units.position);
+    return product(kRadian, "1/" + units.position);
   if (declared == "kg m^2") return inertia_unit(units);
   if (!declared.starts_with(kTorque)) return with_position(declared, units.position);
   if (units.torque.empty()) return "";
@@ -141,7 +141,7 @@ std::string unit_of(const EffectForm& form, std::string_view parameter, const Jo
 std::string unit_of(const Plant& plant, std::string_view parameter, const JointUnits& units) {
   const std::string declared(parameter_info(plant, parameter).unit);
   if (!std::holds_alternative<Mass>(plant) || units.position == kLength) return declared;
-  if (declared == "kg") return units.torque == kTorque && units.position == kAngle ? "kg m^2" : inertia_unit(units);
+  if (declared == "kg") return units.torque == kTorque && units.position == kRadian ? "kg m^2" : inertia_unit(units);
   return unit_of(EffectForm(ViscousFriction{}), "coefficient", units);
 }
 

@@ -22,7 +22,7 @@ std::vector<int> by_recording(const FitProblem& problem) {
 
 }  // namespace
 
-TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_out]") {
+TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_out][slow]") {
   const std::vector<Effect> hidden{{ConstantBias{0.05}, 0, -1}, {QuadraticDrag{0.02}, 0, -1}};
   // What the catalogue cannot say differs from one recording to the next, so that each moves the fit.
   std::vector<Measured> data;
@@ -52,7 +52,7 @@ TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_
   }
 }
 
-TEST_CASE("What acts in one recording stays when that one is left out", "[diagnose][left_out]") {
+TEST_CASE("What acts in one recording stays when that one is left out", "[diagnose][left_out][slow]") {
   const Effect step{TorqueStep{0.3, 6.0}, 0, 1};
   std::vector<Measured> data;
   for (int r = 0; r < 3; ++r) {

@@ -32,7 +32,7 @@ void check_twins_are_said(const Plant& plant, const std::vector<Effect>& set, do
 }  // namespace
 
 TEST_CASE("Friction that gives before it slides is found across a gap, after which its state is not known",
-          "[diagnose][fit]") {
+          "[diagnose][fit][slow]") {
   const PreslidingHysteresis hidden{12.0, 0.25};
   const Machine machine(kPendulum, {{hidden, 0, -1}});
   const std::vector<Measured> data{record(machine, 4.3, 1), record(machine, 6.1, 2)};
@@ -46,7 +46,7 @@ TEST_CASE("Friction that gives before it slides is found across a gap, after whi
   CHECK(found.p_value(best) > 1e-3);
 }
 
-TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnose][fit]") {
+TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnose][fit][slow]") {
   const double part = GENERATE(0.0, 1.0, -0.5);
   const double lag = GENERATE(0.05, 0.3);
   CAPTURE(part, lag);
@@ -63,7 +63,7 @@ TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnos
   }
 }
 
-TEST_CASE("Among finalists a larger set fits no worse than the sets that it contains", "[diagnose][fit]") {
+TEST_CASE("Among finalists a larger set fits no worse than the sets that it contains", "[diagnose][fit][slow]") {
   const EffectForm hidden =
       GENERATE(EffectForm(CoulombFriction{0.2}), EffectForm(StribeckFriction{0.1, 0.22, 0.2}),
                EffectForm(LinearSpring{0.4}), EffectForm(InputDelay{0.03}), EffectForm(CoggingTorque{0.2, 6.0, 1.0}));
@@ -101,7 +101,7 @@ TEST_CASE("A law twice, or beside one that contains it, is no set of its own", "
 }
 
 TEST_CASE("A tilt and an offset of the sensor are twins: the same is measured of a pendulum, and both are said",
-          "[diagnose][fit]") {
+          "[diagnose][fit][slow]") {
   const EffectForm form = GENERATE(EffectForm(GravityTilt{-0.05}), EffectForm(SensorOffset{0.05}));
   const std::vector<Effect> set{{StribeckFriction{0.07, 0.12, 0.09}, 0, -1}, {form, 0, -1}};
   REQUIRE(twins(set).size() == 1);
@@ -110,7 +110,7 @@ TEST_CASE("A tilt and an offset of the sensor are twins: the same is measured of
 }
 
 TEST_CASE("A gain of the input and a scale of the sensor are twins: the same is measured of a mass, and both are said",
-          "[diagnose][fit]") {
+          "[diagnose][fit][slow]") {
   const EffectForm form = GENERATE(EffectForm(InputGain{0.72}), EffectForm(SensorScale{1.3}));
   check_twins_are_said(Mass{.mass = 1.4, .friction = 0.8}, {{Backlash{0.2}, 0, -1}, {form, 0, -1}}, 3.0);
 }
@@ -202,7 +202,7 @@ TEST_CASE("However often a recording is sampled, simulations of it err by less t
   CHECK(std::sqrt(error.squaredNorm() / static_cast<double>(error.size())) < 0.1 * kNoise);
 }
 
-TEST_CASE("A window that begins far from where the machine was is found again", "[diagnose][fit]") {
+TEST_CASE("A window that begins far from where the machine was is found again", "[diagnose][fit][slow]") {
   const double position = GENERATE(0.0, 2.5, -4.0), velocity = GENERATE(8.0, -12.0);
   CAPTURE(position, velocity);
   const Machine machine(kPendulum, {{CoulombFriction{0.15}, 0, -1}});

@@ -34,7 +34,7 @@ Measured shaken(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_force]") {
+TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_force][slow]") {
   constexpr int kRuns = 24;
   int covered = 0, covered_by_free_runs = 0;
   double intensity = 0.0;

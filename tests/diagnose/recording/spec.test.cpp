@@ -216,7 +216,7 @@ TEST_CASE("A spec of a diagnosis that is not there is the machine's error", "[di
   CHECK_THROWS_AS(read_diagnosis_spec("/nowhere/spec.yaml"), IoError);
 }
 
-TEST_CASE("Any spec of a diagnosis is either read or refused in one line", "[diagnose]") {
+TEST_CASE("Any spec of a diagnosis is either read or refused in one line", "[diagnose][slow]") {
   RandomStream stream(6);
   const Folder folder;
   int taken = 0;

@@ -49,7 +49,7 @@ Measured closed_loop(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("A perfect model leaves white noise", "[diagnose][residual]") {
+TEST_CASE("A perfect model leaves white noise", "[diagnose][residual][slow]") {
   const Machine machine(kPendulum, {});
   for (const std::uint64_t seed : {11, 12, 13}) {
     const ResidualTests left = test({record(machine, -1.0, seed), record(machine, 5.0, seed + 100)}).best;
@@ -64,7 +64,7 @@ TEST_CASE("A perfect model leaves white noise", "[diagnose][residual]") {
 }
 
 TEST_CASE("Missing physics shows in what the nominal leaves and not in what the explanation leaves",
-          "[diagnose][residual]") {
+          "[diagnose][residual][slow]") {
   const EffectForm hidden = GENERATE(EffectForm(InputGain{1.05}), EffectForm(CoulombFriction{0.1}));
   const Machine machine(kPendulum, {{hidden, 0, -1}});
   const Tested tested = test({record(machine, -1.0, 21), record(machine, -1.0, 22)});
