@@ -147,7 +147,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
   sub->footer(
       "Examples:\n"
       "  bayesctrl diagnose diagnosis.yaml --out results/slide\n"
-      "  bayesctrl diagnose configs/real/emps.yaml --set horizon_s=0.25");
+      "  bayesctrl diagnose configs/real/dfki_pendulum.yaml --set horizon_s=0.25");
   sub->callback([command] {
     keep_memory();
     end_at_once("interrupted: diagnoses that were written are whole; run the same command again for the others\n");

@@ -1,5 +1,5 @@
 // The micro-workloads W1-W4: predict, extend, maximise the likelihood, and 2000 control steps. JSON by
-// --benchmark_out=FILE --benchmark_out_format=json; the README says how the figures are read.
+// --benchmark_out=FILE --benchmark_out_format=json; docs/architecture.md says how the figures are read.
 
 #include <benchmark/benchmark.h>
 
