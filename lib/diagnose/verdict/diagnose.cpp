@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "base/format.hpp"
-#include "diagnose/discrepancy/decline.hpp"
 #include "diagnose/recording/read_recording.hpp"
+#include "diagnose/verdict/judge.hpp"
 #include "diagnose/verdict/present.hpp"
 #include "diagnose/verdict/propose.hpp"
 #include "diagnose/verdict/units.hpp"
@@ -21,15 +21,10 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kSignificant = 1e-4;       // p-value of what the best explanation leaves
-constexpr double kNothing = 1e-5;           // p-value of the nominal alone, where no effect explains anything
 constexpr double kWindow = 2.0;             // s, over which explanations are fitted
 constexpr double kFastestMode = 10.0;       // Hz, of the mechanics, at least
 constexpr double kBandwidth = 2.5;          // times the motion's mean frequency
 constexpr double kSamplesPerPeriod = 20.0;  // of the fastest mode; more are thinned out for the search
-constexpr double kMaterial = 0.1;           // of the refit nominal's error
-constexpr double kEarned = 10.0;            // nats by which effects beside a remainder must beat it alone
-constexpr double kConfident = 0.9;          // probability, below which the verdict is `ambiguous`
 constexpr double kShown = 1e-4;             // probability of an alternative that is listed
 constexpr double kLeastDuration = 1.0;      // s of recording
 constexpr double kLeastSamples = 60.0;
@@ -96,20 +91,6 @@ Diagnosis blank(const DiagnosisSpec& spec) {
   return blank;
 }
 
-/// What the recordings say about the nominal and about sets of effects.
-struct Search {
-  const DiagnosisSpec& spec;
-  const Plant& nominal;
-  const std::vector<Measured>& data;  // thinned out for the search
-  const ExplainOptions& options;
-  Explanation explanation;
-  std::vector<Trajectory> smoothed;
-
-  const Linearisation& about() const { return *explanation.linearisation; }
-  const Fit& best() const { return explanation.best().fit; }
-  const Fit& refit() const { return explanation.without_effects().fit; }
-};
-
 ExplainOptions search_options(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                               const Eigen::VectorXd& noise) {
   const double fastest = std::max(kFastestMode, kBandwidth * mean_frequency(recordings, noise));
@@ -142,81 +123,6 @@ AsGiven nominal_as_given(const Search& search) {
       search.options.penalty, explanation.max_step};
   const Fit given = search.options.free.empty() ? search.refit() : fit(problem, {});
   return {explanation.p_value(given), rests(problem, given)};
-}
-
-/// The verdict, and the model that is stated.
-struct Judgement {
-  Verdict verdict = Verdict::nothing_missing;
-  bool significant = false;                      // what the best set leaves
-  double share = 0.0;                            // of the refit nominal's error that it leaves
-  Fit fit;                                       // that is stated,
-  Remainder remainder;                           // and what stands beside it
-  Discrepancy::Dependence left;                  // what that depends on which the stated model leaves
-  std::optional<Discrepancy::Dependence> whole;  // and what the nominal leaves
-  Alike alike;
-  double p_given = 1.0;
-  bool parameters_explain = false;
-
-  bool says_effects() const { return !fit.effects.empty(); }
-  bool detected() const { return verdict != Verdict::nothing_missing || parameters_explain; }
-};
-
-/// What is missing as the measured motion shows it, without what free parameters can do.
-struct Missing {
-  Discrepancy discrepancy;
-  Cleared rows;
-};
-
-Missing missing_torque(const Search& search) {
-  const Explanation& explanation = search.explanation;
-  return {Discrepancy(*explanation.measured, search.data),
-          without_free(*explanation.measured, explanation.start, search.data, search.options.free)};
-}
-
-/// Where the best set leaves something: whether it is declined, and what stands in.
-void judge_remainder(Judgement& judgement, const Search& search, const Missing& missing) {
-  const Explanation& explanation = search.explanation;
-  const double horizon = search.spec.horizon;
-  const auto error = [&](const Fit& fit) {
-    return error_beyond_noise(fit, explanation, search.data, search.smoothed, horizon);
-  };
-  judgement.share = error(search.best()) / std::max(error(search.refit()), 1e-300);
-  const bool named_something = !search.best().effects.empty();
-  Discrepancy::Beside odds;
-  if (named_something) {
-    odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, search.options.penalty);
-  }
-  const bool earned = named_something && odds.log_odds > kEarned;
-  const bool declined = !earned || judgement.share > kMaterial;
-  if (declined) judgement.verdict = Verdict::unknown;
-  std::optional<Discrepancy> anew;
-  if (explanation.linearisation != explanation.measured) anew.emplace(search.about(), search.data);
-  const Discrepancy& about_best = anew ? *anew : missing.discrepancy;
-  const StandIn found = declined ? stand_in(explanation, missing.discrepancy, about_best, missing.rows.target,
-                                            search.data, search.smoothed, horizon)
-                                 : beside_best(explanation, about_best, search.data, search.smoothed, horizon);
-  judgement.fit = found.fit;
-  judgement.remainder = found.remainder;
-  judgement.left = found.remaining;
-  if (declined) judgement.whole = found.whole;
-}
-
-Judgement judge(const Search& search, const Missing& missing, double p_given) {
-  const Explanation& explanation = search.explanation;
-  Judgement result;
-  const bool named_something = !search.best().effects.empty();
-  result.verdict = named_something ? Verdict::named : Verdict::nothing_missing;
-  result.fit = search.best();
-  result.alike = find_alike(explanation, search.spec.joints());
-  result.p_given = p_given;
-  result.significant = explanation.p_value(search.best()) < (named_something ? kSignificant : kNothing);
-  if (result.significant) judge_remainder(result, search, missing);
-  const bool sure = result.alike.probability >= kConfident;
-  if (result.verdict == Verdict::named && !sure) result.verdict = Verdict::ambiguous;
-  result.parameters_explain =
-      result.verdict == Verdict::nothing_missing && p_given < kNothing && !search.options.free.empty();
-  if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);
-  return result;
 }
 
 /// Where the mismatch is: when, on what it depends, in which joint and on which side of the machine.

@@ -1,0 +1,69 @@
+#include "diagnose/verdict/judge.hpp"
+
+#include <algorithm>
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kSignificant = 1e-4;  // p-value of what the best explanation leaves
+constexpr double kNothing = 1e-5;      // p-value of the nominal alone, where no effect explains anything
+constexpr double kMaterial = 0.1;      // of the refit nominal's error
+constexpr double kEarned = 10.0;       // nats by which effects beside a remainder must beat it alone
+constexpr double kConfident = 0.9;     // probability, below which the verdict is `ambiguous`
+
+/// Where the best set leaves something: whether it is declined, and what stands in.
+void judge_remainder(Judgement& judgement, const Search& search, const Missing& missing) {
+  const Explanation& explanation = search.explanation;
+  const double horizon = search.spec.horizon;
+  const auto error = [&](const Fit& fit) {
+    return error_beyond_noise(fit, explanation, search.data, search.smoothed, horizon);
+  };
+  judgement.share = error(search.best()) / std::max(error(search.refit()), 1e-300);
+  const bool named_something = !search.best().effects.empty();
+  Discrepancy::Beside odds;
+  if (named_something) {
+    odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, search.options.penalty);
+  }
+  const bool earned = named_something && odds.log_odds > kEarned;
+  const bool declined = !earned || judgement.share > kMaterial;
+  if (declined) judgement.verdict = Verdict::unknown;
+  std::optional<Discrepancy> anew;
+  if (explanation.linearisation != explanation.measured) anew.emplace(search.about(), search.data);
+  const Discrepancy& about_best = anew ? *anew : missing.discrepancy;
+  const StandIn found = declined ? stand_in(explanation, missing.discrepancy, about_best, missing.rows.target,
+                                            search.data, search.smoothed, horizon)
+                                 : beside_best(explanation, about_best, search.data, search.smoothed, horizon);
+  judgement.fit = found.fit;
+  judgement.remainder = found.remainder;
+  judgement.left = found.remaining;
+  if (declined) judgement.whole = found.whole;
+}
+
+}  // namespace
+
+Missing missing_torque(const Search& search) {
+  const Explanation& explanation = search.explanation;
+  return {Discrepancy(*explanation.measured, search.data),
+          without_free(*explanation.measured, explanation.start, search.data, search.options.free)};
+}
+
+Judgement judge(const Search& search, const Missing& missing, double p_given) {
+  const Explanation& explanation = search.explanation;
+  Judgement result;
+  const bool named_something = !search.best().effects.empty();
+  result.verdict = named_something ? Verdict::named : Verdict::nothing_missing;
+  result.fit = search.best();
+  result.alike = find_alike(explanation, search.spec.joints());
+  result.p_given = p_given;
+  result.significant = explanation.p_value(search.best()) < (named_something ? kSignificant : kNothing);
+  if (result.significant) judge_remainder(result, search, missing);
+  const bool sure = result.alike.probability >= kConfident;
+  if (result.verdict == Verdict::named && !sure) result.verdict = Verdict::ambiguous;
+  result.parameters_explain =
+      result.verdict == Verdict::nothing_missing && p_given < kNothing && !search.options.free.empty();
+  if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);
+  return result;
+}
+
+}  // namespace bayesctrl

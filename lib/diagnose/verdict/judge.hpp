@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+
+#include "diagnose/discrepancy/decline.hpp"
+#include "diagnose/recording/spec.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
+#include "diagnose/verdict/which.hpp"
+
+namespace bayesctrl {
+
+/// What the recordings say about the nominal and about sets of effects.
+struct Search {
+  const DiagnosisSpec& spec;
+  const Plant& nominal;
+  const std::vector<Measured>& data;  // thinned out for the search
+  const ExplainOptions& options;
+  Explanation explanation;
+  std::vector<Trajectory> smoothed;
+
+  const Linearisation& about() const { return *explanation.linearisation; }
+  const Fit& best() const { return explanation.best().fit; }
+  const Fit& refit() const { return explanation.without_effects().fit; }
+};
+
+/// The verdict, and the model that is stated.
+struct Judgement {
+  Verdict verdict = Verdict::nothing_missing;
+  bool significant = false;                      // what the best set leaves
+  double share = 0.0;                            // of the refit nominal's error that it leaves
+  Fit fit;                                       // that is stated,
+  Remainder remainder;                           // and what stands beside it
+  Discrepancy::Dependence left;                  // what that depends on which the stated model leaves
+  std::optional<Discrepancy::Dependence> whole;  // and what the nominal leaves
+  Alike alike;
+  double p_given = 1.0;
+  bool parameters_explain = false;
+
+  bool says_effects() const { return !fit.effects.empty(); }
+  bool detected() const { return verdict != Verdict::nothing_missing || parameters_explain; }
+};
+
+/// What is missing as the measured motion shows it, without what free parameters can do.
+struct Missing {
+  Discrepancy discrepancy;
+  Cleared rows;
+};
+
+Missing missing_torque(const Search& search);
+
+/// Whether a set is named, declined or one of several, and what is stated then. `p_given`: p-value of the nominal as it
+/// was given.
+Judgement judge(const Search& search, const Missing& missing, double p_given);
+
+}  // namespace bayesctrl
