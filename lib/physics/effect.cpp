@@ -47,13 +47,13 @@ bool redundant(const std::vector<Effect>& effects) {
   return false;
 }
 
-std::optional<EffectForm> twin(const EffectForm& form) {
+std::optional<EffectForm> equivalent(const EffectForm& form) {
   return std::visit(
       []<class E>(const E& held) -> std::optional<EffectForm> {
-        if constexpr (requires { held.twin(); }) return held.twin();
+        if constexpr (requires { held.equivalent(); }) return held.equivalent();
         std::optional<EffectForm> found;
         for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class Other>(const Other&) {
-          if constexpr (requires { Other::twin_of(held); }) found = Other::twin_of(held);
+          if constexpr (requires { Other::equivalent_of(held); }) found = Other::equivalent_of(held);
         });
         return found;
       },

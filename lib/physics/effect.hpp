@@ -203,7 +203,7 @@ double spring_torque(const std::vector<Effect>& effects, int joint, double posit
 bool redundant(const std::vector<Effect>& effects);
 
 /// The effect that shows the same on one plant or another. A fit brings it into its range.
-std::optional<EffectForm> twin(const EffectForm& form);
+std::optional<EffectForm> equivalent(const EffectForm& form);
 
 /// Joints that a machine must have for an effect to act in it.
 int least_joints(const EffectForm& form);

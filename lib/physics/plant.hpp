@@ -96,7 +96,7 @@ template <int kJoints>
 
 /// The torques that would accelerate the joints so.
 template <int kJoints>
-Joints<kJoints> moving(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& acceleration) {
+Joints<kJoints> inverse_dynamics(const JointsSquare<kJoints>& mobility, const Joints<kJoints>& acceleration) {
   if (acceleration.size() == 1) return acceleration / mobility(0, 0);
   return mobility.inverse() * acceleration;
 }
@@ -128,7 +128,7 @@ Joints<kJoints> external_torque_of(const Plant& plant, const Joints<kJoints>& q)
   const auto from_rest = [&]() -> Joints<kJoints> {
     const Joints<kJoints> none = Joints<kJoints>::Zero(q.size());
     const MotionOf<kJoints> still = motion_of<kJoints>(plant, q, none, none, 0.0);
-    return moving<kJoints>(still.mobility, still.acceleration);
+    return inverse_dynamics<kJoints>(still.mobility, still.acceleration);
   };
   return std::visit(
       [&]<class P>(const P& p) -> Joints<kJoints> {

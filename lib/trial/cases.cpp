@@ -93,17 +93,17 @@ bool applies(std::size_t kind, const Plant& plant) {
   return can;
 }
 
-/// Of a linear machine nobody can tell an effect from its twin.
+/// Of a linear machine nobody can tell an effect from its equivalent.
 bool can_be_told_apart(const std::vector<Effect>& effects, const Plant& plant) {
   if (redundant(effects)) return false;
   const JointVector bent = JointVector::Constant(joints(plant), 0.3);
   const bool linear = external_torque(plant, 2.0 * bent).isApprox(2.0 * external_torque(plant, bent));
-  const auto has_twin = [&](const Effect& effect) {
-    const std::optional<EffectForm> other = twin(effect.form);
+  const auto has_equivalent = [&](const Effect& effect) {
+    const std::optional<EffectForm> other = equivalent(effect.form);
     return other && std::any_of(effects.begin(), effects.end(),
                                 [&](const Effect& one) { return one.form.index() == other->index(); });
   };
-  return !linear || std::none_of(effects.begin(), effects.end(), has_twin);
+  return !linear || std::none_of(effects.begin(), effects.end(), has_equivalent);
 }
 
 /// What is the same for all recordings of a case.

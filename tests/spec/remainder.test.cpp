@@ -55,8 +55,8 @@ terms:
 )");
   CHECK(remainder.regions.at(1) == Remainder::Region{-2.0, 1.0, 4.0, 0.5, 3.0});
   CHECK(remainder.terms == std::vector<Term>{
-                               {BumpPosition{.centre = -0.5, .width = 0.25}, 0, -1, 2.0},
-                               {BumpState{0.1, 0.2, 0.3, 0.4}},
+                               {RbfPosition{.centre = -0.5, .width = 0.25}, 0, -1, 2.0},
+                               {RbfState{0.1, 0.2, 0.3, 0.4}},
                                {PositionDry{.centre = 0.1, .width = 0.2, .smooth_over = 0.03}, 1},
                                {PastInput{.centre = 0.1, .width = 0.2, .time_constant = 0.3}},
                                {LatePush{.width = 0.1, .time_constant = 0.3}},

@@ -67,11 +67,11 @@ TridiagonalSolution solve_tridiagonal(const Eigen::VectorXd& diagonal, const Eig
 }  // namespace
 
 Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>& data) : about_(about) {
-  const Excitation& excitation = *about.excitation;
-  const int joints = bayesctrl::joints(excitation.plant());
-  const Eigen::VectorXd torque = torque_scale(excitation.plant(), data);
+  const Forcing& forcing = *about.forcing;
+  const int joints = bayesctrl::joints(forcing.plant());
+  const Eigen::VectorXd torque = torque_scale(forcing.plant(), data);
   for (int j = 0; j < joints; ++j) {
-    for (TermGroup& group : term_groups(survey(data, about.paths, j), about.paths, j)) {
+    for (TermGroup& group : term_groups(operating_range(data, about.paths, j), about.paths, j)) {
       groups_.push_back({std::move(group), {}});
     }
   }
@@ -101,7 +101,7 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
           }
         }
         squares[i] += values.squaredNorm();
-        all.col(i) = excitation.acceleration(values, j, r).transpose().reshaped();
+        all.col(i) = forcing.acceleration(values, j, r).transpose().reshaped();
       }
       samples += static_cast<double>(data[r].samples());
     }
@@ -109,7 +109,7 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
     // Unit weights: together an RMS of 20 % of the nominal torque. Bumps share one unit, so that those where hardly any
     // motion passed stay small; terms of different bases, or laws, have each their own.
     const bool all_differ =
-        group.use == TermUse::law || (group.cause == Cause::history && group.use == TermUse::compare);
+        group.use == TermUse::parametric || (group.cause == Cause::history && group.use == TermUse::compare);
     for (Eigen::Index i = 0; i < count; ++i) {
       const std::size_t basis = group.terms[static_cast<std::size_t>(i)].basis.index();
       double sum = 0.0, alike = 0.0;
@@ -176,7 +176,7 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
     std::array<double, 5> alone{};
     double whole = 0.0, terms = 0.0, present = 0.0;
     for (const Group& group : groups_) {
-      if (group.joint != j || group.use == TermUse::law) continue;
+      if (group.joint != j || group.use == TermUse::parametric) continue;
       const Ridge fit = ridge(group.columns, target);
       const double part = std::clamp(fit.explained / beyond, 0.0, 1.0);
       whole = std::max(whole, part);
@@ -226,7 +226,7 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   std::vector<Kind> kinds;
   Eigen::MatrixXd together = Eigen::MatrixXd::Zero(target.size(), target.size());  // covariance, its lower half
   for (const Group& group : groups_) {
-    if (group.use == TermUse::law) continue;
+    if (group.use == TermUse::parametric) continue;
     const Ridge fit = ridge(group.columns, target);
     kinds.push_back({&group, fit.scale, fit.log_evidence});
     together.selfadjointView<Eigen::Lower>().rankUpdate(group.columns, fit.scale * fit.scale);

@@ -49,13 +49,13 @@ LeftOut::LeftOut(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, 
     Part& part = folds_.emplace_back();
     part.gram = own.transpose() * own;
     part.projected = own.transpose() * y;
-    part.squares = y.squaredNorm();
+    part.sse = y.squaredNorm();
     whole_.gram += part.gram;
     whole_.projected += part.projected;
-    whole_.squares += part.squares;
+    whole_.sse += part.sse;
   }
   for (const Part& part : folds_) {
-    rests_.push_back({whole_.gram - part.gram, whole_.projected - part.projected, whole_.squares - part.squares});
+    others_.push_back({whole_.gram - part.gram, whole_.projected - part.projected, whole_.sse - part.sse});
   }
 }
 
@@ -68,20 +68,20 @@ Eigen::VectorXd LeftOut::weights_from(const Part& part, const Prior& prior) {
   return deviations.cwiseProduct(information.selfadjointView<Eigen::Lower>().llt().solve(slope));
 }
 
-double LeftOut::squares(const Prior& prior) const {
+double LeftOut::sse(const Prior& prior) const {
   double sum = 0.0;
   for (std::size_t f = 0; f < folds_.size(); ++f) {
-    const Eigen::VectorXd w = weights_from(rests_[f], prior);
+    const Eigen::VectorXd w = weights_from(others_[f], prior);
     const Eigen::MatrixXd gram = folds_[f].gram(prior.features, prior.features);
-    sum += folds_[f].squares - 2.0 * w.dot(folds_[f].projected(prior.features)) + w.dot(gram * w);
+    sum += folds_[f].sse - 2.0 * w.dot(folds_[f].projected(prior.features)) + w.dot(gram * w);
   }
   return sum;
 }
 
-double LeftOut::all() const { return whole_.squares; }
+double LeftOut::target_sse() const { return whole_.sse; }
 
 Eigen::VectorXd LeftOut::weights(const Prior& prior, int without) const {
-  return weights_from(without < 0 ? whole_ : rests_[static_cast<std::size_t>(without)], prior);
+  return weights_from(without < 0 ? whole_ : others_[static_cast<std::size_t>(without)], prior);
 }
 
 }  // namespace bayesctrl

@@ -23,11 +23,11 @@ class LeftOut {
     Eigen::VectorXd deviations;
   };
 
-  /// Squares that remain of each fold with weights learnt from the others, summed.
-  double squares(const Prior& prior) const;
+  /// SSE of each fold with weights learnt from the others, summed.
+  double sse(const Prior& prior) const;
 
-  /// Squares of the target.
-  double all() const;
+  /// Sum of squares of the target.
+  double target_sse() const;
 
   /// Most probable weights of the features; without one fold if `without` is not -1.
   Eigen::VectorXd weights(const Prior& prior, int without = -1) const;
@@ -36,12 +36,12 @@ class LeftOut {
   struct Part {
     Eigen::MatrixXd gram;       // columns' columns
     Eigen::VectorXd projected;  // columns' target
-    double squares = 0.0;
+    double sse = 0.0;
   };
   static Eigen::VectorXd weights_from(const Part& part, const Prior& prior);
 
   Part whole_;
-  std::vector<Part> folds_, rests_;  // of each fold, and of all others
+  std::vector<Part> folds_, others_;  // of each fold, and of all others
 };
 
 }  // namespace bayesctrl

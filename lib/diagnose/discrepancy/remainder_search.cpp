@@ -66,7 +66,7 @@ void RemainderSearch::with_best_deviation(Basis& basis) const {
   basis.left = kInfinity;
   for (const double deviation : kDeviations) {
     tried.deviations.back() = deviation;
-    tried.left = left_out_->squares(prior(tried));
+    tried.left = left_out_->sse(prior(tried));
     if (tried.left < basis.left) basis = tried;
   }
 }
@@ -83,12 +83,12 @@ const RemainderSearch::Basis& RemainderSearch::alone(std::size_t group) {
 
 Shares RemainderSearch::predicted() {
   const double noise = static_cast<double>(discrepancy_.about().response->rows());
-  const double beyond = std::max(left_out_->all() - noise, 1e-9);
+  const double beyond = std::max(left_out_->target_sse() - noise, 1e-9);
   Shares result{};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Discrepancy::Group& group = discrepancy_.groups()[groups_[g]];
     double& part = result[static_cast<std::size_t>(group.cause)];
-    part = std::max(part, std::min((left_out_->all() - alone(g).left) / beyond, 1.0));
+    part = std::max(part, std::min((left_out_->target_sse() - alone(g).left) / beyond, 1.0));
   }
   return result;
 }
@@ -100,20 +100,20 @@ std::vector<RemainderSearch::Basis> RemainderSearch::best() {
   return result;
 }
 
-std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool laws) {
+std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool parametric) {
   std::vector<Basis> path;
   Basis chosen;
-  chosen.law = laws;
-  chosen.left = left_out_->all();
+  chosen.parametric = parametric;
+  chosen.left = left_out_->target_sse();
   while (chosen.groups.size() < kMostGroups) {
     Basis best = chosen;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
-      if ((discrepancy_.groups()[groups_[g]].use == TermUse::law) != laws) continue;
+      if ((discrepancy_.groups()[groups_[g]].use == TermUse::parametric) != parametric) continue;
       if (std::find(chosen.groups.begin(), chosen.groups.end(), g) != chosen.groups.end()) continue;
       Basis more = chosen;
       if (chosen.groups.empty()) {
         more = alone(g);
-        more.law = laws;
+        more.parametric = parametric;
       } else {
         more.groups.push_back(g);
         more.deviations.push_back(1.0);
@@ -146,8 +146,8 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
   const Eigen::VectorXd weights = left_out_->weights(chosen, left_out);
   const double negligible = weights.size() == 0 ? 0.0 : kNegligible * weights.cwiseAbs().maxCoeff();
   Remainder result;
-  for (int j = 0; j < joints(about.excitation->plant()); ++j) {
-    const Survey s = survey(about.excitation->data(), about.paths, j);
+  for (int j = 0; j < joints(about.forcing->plant()); ++j) {
+    const OperatingRange s = operating_range(about.forcing->data(), about.paths, j);
     result.regions.push_back({s.lowest, s.highest, s.speed, s.input, 1e300});
   }
   for (std::size_t i = 0; i < chosen.features.size(); ++i) {
@@ -159,7 +159,7 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
   const std::vector<Segment>& windows = about.response->windows();
   std::vector<double> largest(result.regions.size(), 0.0);
   for (std::size_t r = 0; r < about.paths.size(); ++r) {
-    const Measured& m = about.excitation->data()[r];
+    const Measured& m = about.forcing->data()[r];
     const Trajectory& path = about.paths[r];
     std::vector<bool> learnt(m.samples(), false);
     for (std::size_t w = 0; w < folds_.size(); ++w) {
@@ -178,7 +178,8 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
       }
     }
   }
-  for (std::size_t j = 0; j < largest.size(); ++j) result.regions[j].torque = (basis.law ? kBeyond : 1.0) * largest[j];
+  for (std::size_t j = 0; j < largest.size(); ++j)
+    result.regions[j].torque = (basis.parametric ? kBeyond : 1.0) * largest[j];
   return result;
 }
 

@@ -20,16 +20,16 @@ class RemainderSearch {
   struct Basis {
     std::vector<std::size_t> groups;  // places among those that may be used
     std::vector<double> deviations;
-    double left = 0.0;  // squares of what was left out
-    bool law = false;   // all groups are laws
+    double left = 0.0;        // SSE of what was left out
+    bool parametric = false;  // all groups are
   };
 
-  /// Those that are worth a try in free runs, of laws and of all others: the best group, and the set that is built
-  /// from it one group at a time. None if none predicts anything.
+  /// Those that are worth a try in free runs, of parametric groups and of all others: the best group, and the set that
+  /// is built from it one group at a time. None if none predicts anything.
   std::vector<Basis> best();
 
-  /// What each cause predicts alone of the squares beyond the noise that were left out, 0 to 1: the best of its
-  /// groups, products of two causes and laws among them.
+  /// What each cause predicts alone of the SSE beyond the noise that was left out, 0 to 1: the best of its
+  /// groups, products of two causes and parametric ones among them.
   Shares predicted();
 
   /// That of the leading cause.
@@ -39,7 +39,7 @@ class RemainderSearch {
   Remainder remainder(const Basis& basis, int left_out = -1) const;
 
  private:
-  std::vector<Basis> best_of(bool laws);
+  std::vector<Basis> best_of(bool parametric);
   const Basis& alone(std::size_t group);
   LeftOut::Prior prior(const Basis& basis) const;
   void with_best_deviation(Basis& basis) const;  // of its last group

@@ -7,14 +7,14 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kBumps = 36;             // along each input
-constexpr int kFineBumps = 72;         // where edges are sharp
-constexpr int kStateBumps = 7;         // along each side of the grid over position and velocity
-constexpr int kProductBumps = 18;      // along the first of two causes
-constexpr int kPastBumps = 12;         // along what is remembered, for each time constant
-constexpr double kTimeStep = 0.1;      // s between bumps in time, the same in all recordings
-constexpr double kSlowStep = 3.0;      // s between bumps in the time of one recording
-constexpr double kChangeStep = 0.25;   // s between bumps in time of what changes a gain or a drag
+constexpr int kRbfs = 36;              // along each input
+constexpr int kFineRbfs = 72;          // where edges are sharp
+constexpr int kStateRbfs = 7;          // along each side of the grid over position and velocity
+constexpr int kProductRbfs = 18;       // along the first of two causes
+constexpr int kPastRbfs = 12;          // along what is remembered, for each time constant
+constexpr double kTimeStep = 0.1;      // s between centres in time, the same in all recordings
+constexpr double kSlowStep = 3.0;      // s between centres in the time of one recording
+constexpr double kChangeStep = 0.25;   // s between centres in time of what changes a gain or a drag
 constexpr int kRelays = 12;            // along the positions
 constexpr double kSlowestSwing = 4.0;  // rad/s
 constexpr double kFastestSwing = 40.0;
@@ -23,9 +23,9 @@ constexpr double kSlow = 0.01;  // of the highest speed: dry friction is smooth 
 
 using Terms = std::vector<Term>;
 
-/// Bell curves over one quantity, a step wide and a step apart. `more`: their other parameters.
+/// Gaussian radial basis functions (RBF) of one quantity, a step wide and a step apart. `more`: their other parameters.
 template <class B>
-Terms bells(int joint, double low, double high, int count, auto... more) {
+Terms rbfs(int joint, double low, double high, int count, auto... more) {
   const double step = std::max(high - low, 1e-9) / (count - 1);
   Terms list;
   for (int i = 0; i < count; ++i) list.push_back({B{low + i * step, step, more...}, joint});
@@ -48,25 +48,25 @@ std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::M
   return {at(kRare), at(1.0 - kRare)};
 }
 
-Terms velocity_terms(const Survey& s, int joint) {
-  Terms list = bells<BumpVelocity>(joint, -s.speed, s.speed, kBumps);
+Terms velocity_terms(const OperatingRange& s, int joint) {
+  Terms list = rbfs<RbfVelocity>(joint, -s.speed, s.speed, kRbfs);
   for (const double part : {0.005, 0.03, 0.15}) list.push_back({SignVelocity{part * s.speed}, joint});
   return list;
 }
 
-Terms input_terms(const Survey& s, int joint) {
-  Terms list = bells<BumpInput>(joint, -s.input, s.input, kBumps);
+Terms input_terms(const OperatingRange& s, int joint) {
+  Terms list = rbfs<RbfInput>(joint, -s.input, s.input, kRbfs);
   for (const double part : {0.01, 0.1}) list.push_back({SignInput{part * s.input}, joint});
   return list;
 }
 
 /// Quick in what all recordings share, slow in each one alone.
-Terms time_terms(const Survey& s, int joint) {
+Terms time_terms(const OperatingRange& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  Terms list = bells<BumpTime>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
+  Terms list = rbfs<RbfTime>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
   for (std::size_t r = 0; r < s.durations.size(); ++r) {
     const int count = std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1);
-    Terms slow = bells<BumpTime>(joint, 0.0, s.durations[r], count);
+    Terms slow = rbfs<RbfTime>(joint, 0.0, s.durations[r], count);
     for (Term& term : slow) term.recording = static_cast<int>(r);
     append(list, slow);
   }
@@ -75,9 +75,9 @@ Terms time_terms(const Survey& s, int joint) {
 
 /// A gain or a drag that changes in time, alike in all recordings.
 template <class B>
-Terms changing_terms(const Survey& s, int joint) {
+Terms changing_terms(const OperatingRange& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  return bells<B>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
+  return rbfs<B>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
 }
 
 /// With several time constants. `more`: the other parameters.
@@ -97,7 +97,7 @@ Terms late_terms(int joint) {
 }
 
 /// What the past leaves behind, each in one form.
-std::vector<Terms> histories(const Survey& s, int joint) {
+std::vector<Terms> histories(const OperatingRange& s, int joint) {
   std::vector<Terms> list;
   if (s.input > 0.0) {
     list.push_back(late_terms<Quantity::input>(joint));
@@ -134,12 +134,12 @@ Terms hinges(int joint, double most) {
   return list;
 }
 
-Terms state_terms(const Survey& s, int joint) {
-  const double dq = (s.highest - s.lowest) / (kStateBumps - 1), dv = 2.0 * s.speed / (kStateBumps - 1);
+Terms state_terms(const OperatingRange& s, int joint) {
+  const double dq = (s.highest - s.lowest) / (kStateRbfs - 1), dv = 2.0 * s.speed / (kStateRbfs - 1);
   Terms list;
-  for (int a = 0; a < kStateBumps; ++a) {
-    for (int b = 0; b < kStateBumps; ++b) {
-      list.push_back({BumpState{s.lowest + a * dq, dq, -s.speed + b * dv, dv}, joint});
+  for (int a = 0; a < kStateRbfs; ++a) {
+    for (int b = 0; b < kStateRbfs; ++b) {
+      list.push_back({RbfState{s.lowest + a * dq, dq, -s.speed + b * dv, dv}, joint});
     }
   }
   return list;
@@ -149,7 +149,7 @@ Terms state_terms(const Survey& s, int joint) {
 template <class B>
 Terms past_terms(int joint, double most) {
   Terms list;
-  for (const double tau : {0.1, 0.3, 1.0}) append(list, bells<B>(joint, -most, most, kPastBumps, tau));
+  for (const double tau : {0.1, 0.3, 1.0}) append(list, rbfs<B>(joint, -most, most, kPastRbfs, tau));
   return list;
 }
 
@@ -164,7 +164,7 @@ Terms late_sign_terms(int joint, double most) {
 }
 
 /// Whether the joint has come from above or from below: hysteresis.
-Terms relay_terms(const Survey& s, int joint) {
+Terms relay_terms(const OperatingRange& s, int joint) {
   const double range = s.highest - s.lowest, step = range / kRelays;
   Terms list;
   for (const double part : {0.03, 0.08, 0.15, 0.25, 0.35}) {
@@ -189,7 +189,7 @@ Terms swing_terms(int joint) {
 }
 
 /// Input that follows at limited rates.
-Terms slew_terms(const Survey& s, int joint) {
+Terms slew_terms(const OperatingRange& s, int joint) {
   Terms list;
   for (const double rate : {1.0, 2.0, 5.0, 10.0, 20.0, 50.0}) list.push_back({Slew{rate * s.input}, joint});
   return list;
@@ -197,14 +197,14 @@ Terms slew_terms(const Survey& s, int joint) {
 
 }  // namespace
 
-std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory>& paths, int joint) {
+std::vector<TermGroup> term_groups(const OperatingRange& s, const std::vector<Trajectory>& paths, int joint) {
   std::vector<TermGroup> groups;
   const auto add = [&](Cause cause, TermUse use, Terms terms) {
     groups.push_back({cause, use, joint, std::move(terms)});
   };
   using enum TermUse;
   const bool driven = s.input > 0.0;
-  add(Cause::position, compare, bells<BumpPosition>(joint, s.lowest, s.highest, kBumps));
+  add(Cause::position, compare, rbfs<RbfPosition>(joint, s.lowest, s.highest, kRbfs));
   add(Cause::velocity, compare, velocity_terms(s, joint));
   if (driven) add(Cause::input, compare, input_terms(s, joint));
   add(Cause::time, compare, time_terms(s, joint));
@@ -213,12 +213,12 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
   for (const Terms& form : forms) append(history, form);
   add(Cause::history, compare, history);
   add(Cause::velocity, rich, state_terms(s, joint));
-  add(Cause::velocity, rich, bells<PositionDrag>(joint, s.lowest, s.highest, kProductBumps));
-  add(Cause::velocity, rich, bells<PositionDry>(joint, s.lowest, s.highest, kProductBumps, kSlow * s.speed));
+  add(Cause::velocity, rich, rbfs<PositionDrag>(joint, s.lowest, s.highest, kProductRbfs));
+  add(Cause::velocity, rich, rbfs<PositionDry>(joint, s.lowest, s.highest, kProductRbfs, kSlow * s.speed));
   if (driven) {
-    add(Cause::input, rich, bells<PositionGain>(joint, s.lowest, s.highest, kProductBumps));
-    add(Cause::input, rich, bells<VelocityGain>(joint, -s.speed, s.speed, kProductBumps));
-    add(Cause::input, rich, bells<BumpInput>(joint, -s.input, s.input, kFineBumps));
+    add(Cause::input, rich, rbfs<PositionGain>(joint, s.lowest, s.highest, kProductRbfs));
+    add(Cause::input, rich, rbfs<VelocityGain>(joint, -s.speed, s.speed, kProductRbfs));
+    add(Cause::input, rich, rbfs<RbfInput>(joint, -s.input, s.input, kFineRbfs));
     add(Cause::time, rich, changing_terms<TimeGain>(s, joint));
     add(Cause::history, rich, past_terms<PastInput>(joint, s.input));
     add(Cause::history, rich, late_sign_terms<LatePush>(joint, s.input));
@@ -230,29 +230,29 @@ std::vector<TermGroup> term_groups(const Survey& s, const std::vector<Trajectory
   add(Cause::history, rich, relay_terms(s, joint));
   add(Cause::history, rich, swing_terms<Quantity::position>(joint));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
-  add(Cause::position, rich, bells<BumpPosition>(joint, left, right, kFineBumps));
+  add(Cause::position, rich, rbfs<RbfPosition>(joint, left, right, kFineRbfs));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);
-  add(Cause::velocity, rich, bells<BumpVelocity>(joint, slowest, quickest, kFineBumps));
+  add(Cause::velocity, rich, rbfs<RbfVelocity>(joint, slowest, quickest, kFineRbfs));
 
-  for (const Terms& form : forms) add(Cause::history, law, form);
-  add(Cause::position, law,
+  for (const Terms& form : forms) add(Cause::history, parametric, form);
+  add(Cause::position, parametric,
       powers<PowerPosition>(joint, {{0, false}, {1, true}, {1, false}, {2, true}, {2, false}, {3, true}}));
-  add(Cause::velocity, law,
+  add(Cause::velocity, parametric,
       powers<PowerVelocity>(joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
   groups.back().terms.push_back({SignVelocity{kSlow * s.speed}, joint});
   const auto with_position = {std::pair{0.0, false}, {1.0, true}, {1.0, false}, {2.0, false}};
-  add(Cause::velocity, law, hinges<HingeVelocity>(joint, s.speed));
+  add(Cause::velocity, parametric, hinges<HingeVelocity>(joint, s.speed));
   Terms drags = powers<PowerDrag>(joint, with_position, true);
   append(drags, powers<PowerDrag>(joint, {{0, true}, {1, true}}, false));
-  add(Cause::velocity, law, drags);
-  add(Cause::velocity, law, powers<PowerDry>(joint, with_position, kSlow * s.speed));
+  add(Cause::velocity, parametric, drags);
+  add(Cause::velocity, parametric, powers<PowerDry>(joint, with_position, kSlow * s.speed));
   if (driven) {
-    add(Cause::input, law,
+    add(Cause::input, parametric,
         powers<PowerInput>(joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
     groups.back().terms.push_back({SignInput{kSlow * s.input}, joint});
-    add(Cause::history, law, slew_terms(s, joint));
-    add(Cause::input, law, hinges<HingeInput>(joint, s.input));
-    add(Cause::input, law, powers<PowerGain>(joint, with_position));
+    add(Cause::history, parametric, slew_terms(s, joint));
+    add(Cause::input, parametric, hinges<HingeInput>(joint, s.input));
+    add(Cause::input, parametric, powers<PowerGain>(joint, with_position));
   }
   return groups;
 }

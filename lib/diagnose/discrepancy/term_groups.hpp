@@ -15,9 +15,9 @@ constexpr std::array<std::string_view, 5> names(Cause) { return {"position", "ve
 
 /// What terms are for.
 enum class TermUse {
-  compare,  // causes with one another
-  rich,     // the product of two causes, the past of one, or finer than what causes are compared by
-  law,      // few numbers: to predict where nothing was seen, not to say what may be missing
+  compare,     // causes with one another
+  rich,        // the product of two causes, the past of one, or finer than what causes are compared by
+  parametric,  // few numbers, which extrapolate: to predict where nothing was seen, not to say what may be missing
 };
 
 /// Terms that say together how a torque may depend on one cause.
@@ -28,7 +28,7 @@ struct TermGroup {
   std::vector<Term> terms;
 };
 
-/// All groups for one joint, spread over what the motion along `paths` visits; `seen` is its survey.
-std::vector<TermGroup> term_groups(const Survey& seen, const std::vector<Trajectory>& paths, int joint);
+/// All groups for one joint, spread over what the motion along `paths` visits; `seen` is its operating range.
+std::vector<TermGroup> term_groups(const OperatingRange& seen, const std::vector<Trajectory>& paths, int joint);
 
 }  // namespace bayesctrl

@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "base/error.hpp"
-#include "diagnose/fit/exact_slopes.hpp"
-#include "diagnose/fit/linear_slopes.hpp"
+#include "diagnose/fit/exact_jacobian.hpp"
+#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/fit/runs.hpp"
-#include "diagnose/fit/starts.hpp"
+#include "diagnose/fit/shooting.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
@@ -17,7 +17,7 @@ namespace bayesctrl {
 namespace {
 
 constexpr double kGain = 0.1;             // nats that a step must gain, else it was the last,
-constexpr double kGainOfRest = 1e-3;      // and of half the squares that are left
+constexpr double kGainOfSse = 1e-3;       // and of half the squares that are left
 constexpr double kShortestStep = 6e-4;    // s, of the integration
 constexpr double kNumericalShare = 0.05;  // of the noise
 constexpr double kJitter = 1.1;           // sample periods that one step may take
@@ -26,42 +26,42 @@ constexpr int kExactIterations = 6;
 constexpr int kRoughIterations = 2;
 constexpr int kRounds = 3;         // of steps and polished starts
 constexpr int kTrials = 5;         // of the damping
-constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact slopes
+constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact jacobian
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
 
-/// Damped Gauss-Newton steps until they gain little, with slopes from the linear response or exact ones; the last
-/// slopes.
+/// Damped Gauss-Newton steps until they gain little, with the Jacobian of the linear response or the exact one; the
+/// last Jacobian.
 Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, int iterations) {
-  Eigen::MatrixXd slopes = linear_slopes(problem, current);
+  Eigen::MatrixXd jacobian = linear_jacobian(problem, current);
   double damping = 1e-4;
-  for (int iteration = 0; iteration < iterations && slopes.cols() > 0; ++iteration) {
-    std::optional<ExactSlopes> exact;
+  for (int iteration = 0; iteration < iterations && jacobian.cols() > 0; ++iteration) {
+    std::optional<ExactJacobian> exact;
     if (exactly) {
       try {
-        exact.emplace(problem, current, slopes);
+        exact.emplace(problem, current, jacobian);
       } catch (const NumericalError&) {  // next to here the machine diverges
         break;
       }
-      slopes = exact->slopes();
+      jacobian = exact->jacobian();
     } else if (iteration > 0) {
-      slopes = linear_slopes(problem, current);
+      jacobian = linear_jacobian(problem, current);
     }
-    const Eigen::MatrixXd curvature = information(slopes, current);
-    const Eigen::VectorXd slope = slopes.transpose() * current.residual - prior_slope(current);
+    const Eigen::MatrixXd curvature = information(jacobian, current);
+    const Eigen::VectorXd gradient = jacobian.transpose() * current.residual - prior_gradient(current);
     const Eigen::VectorXd values = values_of(current);
     double gained = 0.0;
     for (int trial = 0; trial < kTrials; ++trial) {
       Eigen::MatrixXd damped = curvature;
       damped.diagonal() *= 1.0 + damping;
       Fit next = current;
-      assign(next, values + step_within_bounds(damped, slope, current.unknowns));
+      assign(next, values + step_within_bounds(damped, gradient, current.unknowns));
       try {
         if (exact) {
           exact->follow(problem, next, values_of(next) - values);
         } else {
           simulate(problem, next, 1);
         }
-        gained = 0.5 * (current.squares + prior_cost(current) - next.squares - prior_cost(next));
+        gained = 0.5 * (current.sse + prior_cost(current) - next.sse - prior_cost(next));
       } catch (const NumericalError&) {
         gained = -kInfinity;
       }
@@ -73,22 +73,22 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
       damping = std::max(10.0 * damping, 1e-2);
       if (gained > -1e-3) break;
     }
-    if (gained < std::max(kGain, kGainOfRest * 0.5 * (current.squares - usual_squares(problem.response.rows())))) break;
+    if (gained < std::max(kGain, kGainOfSse * 0.5 * (current.sse - noise_sse(problem.response.rows())))) break;
   }
-  return slopes;
+  return jacobian;
 }
 
-/// A model simulated as it is given. `starts` of windows, if another fit has found them.
-Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+/// A model simulated as it is given. `starts`: initial states, if another fit has found them.
+Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
   Fit current;
   current.plant = problem.nominal;
   current.effects = std::move(effects);
-  current.unknowns = list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data,
-                                   problem.excitation.paths());
+  current.unknowns =
+      list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data, problem.forcing.paths());
   const std::vector<Machine> list = machines(current.plant, current.effects, problem.data.size());
   for (const Segment& window : problem.response.windows()) {
     const std::size_t r = window.recording;
-    current.starts.push_back(first_start(window, problem.excitation.paths()[r], list[r]));
+    current.initial_states.push_back(initial_guess(window, problem.forcing.paths()[r], list[r]));
   }
   Eigen::VectorXd values = values_of(current);
   for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -97,7 +97,7 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
   }
   assign(current, values);
   for (std::size_t w = 0; w < starts.size(); ++w) {
-    hand_down(starts[w], joints(current.plant), current.starts[w]);
+    hand_down(starts[w], joints(current.plant), current.initial_states[w]);
   }
   simulate(problem, current, starts.empty() ? 2 : 0);
   return current;
@@ -111,17 +111,17 @@ double prior_cost(const Fit& fit) {
   return sum;
 }
 
-Eigen::VectorXd prior_slope(const Fit& fit) {
-  Eigen::VectorXd slope(static_cast<Eigen::Index>(fit.unknowns.size()));
-  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+Eigen::VectorXd prior_gradient(const Fit& fit) {
+  Eigen::VectorXd gradient(static_cast<Eigen::Index>(fit.unknowns.size()));
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
     const Unknown& u = fit.unknowns[static_cast<std::size_t>(i)];
-    slope[i] = (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
+    gradient[i] = (u.value - u.prior_mean) / (u.prior_deviation * u.prior_deviation);
   }
-  return slope;
+  return gradient;
 }
 
-Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit) {
-  Eigen::MatrixXd result = slopes.transpose() * slopes;
+Eigen::MatrixXd information(const Eigen::MatrixXd& jacobian, const Fit& fit) {
+  Eigen::MatrixXd result = jacobian.transpose() * jacobian;
   for (Eigen::Index i = 0; i < result.rows(); ++i) {
     result(i, i) += 1.0 / std::pow(fit.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
   }
@@ -162,8 +162,8 @@ void assign(Fit& fit, const Eigen::VectorXd& values) {
   }
 }
 
-void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
-  const Eigen::MatrixXd curvature = information(slopes, fit);
+void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& jacobian) {
+  const Eigen::MatrixXd curvature = information(jacobian, fit);
   fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
   Eigen::MatrixXd scaled = curvature;
   for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
@@ -175,7 +175,7 @@ void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes) {
   double log_det = 0.0;
   if (scaled.size() > 0) log_det = scaled.ldlt().vectorD().array().max(1.0).log().sum();
   fit.log_evidence =
-      -0.5 * (fit.squares + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
+      -0.5 * (fit.sse + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
   if (!curvature.allFinite() || !std::isfinite(fit.log_evidence)) fit.log_evidence = -kInfinity;
 }
 
@@ -202,7 +202,7 @@ double adequate_step(const FitProblem& problem) {
     double squares = 0.0, count = 0.0;
     for (std::size_t w = 0; w < problem.response.windows().size(); ++w) {
       const Segment& window = problem.response.windows()[w];
-      const WindowStart x = first_start(window, problem.excitation.paths()[window.recording], nominal);
+      const SegmentState x = initial_guess(window, problem.forcing.paths()[window.recording], nominal);
       try {
         const Eigen::MatrixXd difference = coarse_runs(w, x) - fine_runs(w, x);
         const Eigen::VectorXd rows = problem.response.project(w, difference);
@@ -216,28 +216,28 @@ double adequate_step(const FitProblem& problem) {
   return kShortestStep;
 }
 
-Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
+Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
   Fit current = begin(problem, std::move(effects), starts);
   recover(problem, current);
 
-  // Slopes from the linear response, then, with the worst starts polished, from the machine itself.
-  const double usual = usual_squares(problem.response.rows());
+  // Jacobian of the linear response, then, with the worst initial states polished, of the machine itself.
+  const double usual = noise_sse(problem.response.rows());
   for (int round = 0; round < kRounds; ++round) {
     descend(problem, current, false, kLinearIterations);
-    const double before = current.squares;
+    const double before = current.sse;
     polish(problem, current);
-    if (current.squares <= usual || current.squares > kMuch * before) break;  // else the starts have misled the rest
+    if (current.sse <= usual || current.sse > kMuch * before) break;  // else the starts have misled the rest
   }
-  const bool hopeless = current.squares > kHopeless * usual && current.squares > kBehind * problem.best;
-  if (current.squares > usual && !hopeless) {
-    Eigen::MatrixXd slopes =
-        descend(problem, current, true, current.squares > kHopeless * usual ? kRoughIterations : kExactIterations);
-    if (recover(problem, current)) slopes = descend(problem, current, true, kExactIterations);
-    current.refined = current.squares <= kHopeless * usual;
-    weigh(problem, current, slopes);
+  const bool hopeless = current.sse > kHopeless * usual && current.sse > kBehind * problem.best;
+  if (current.sse > usual && !hopeless) {
+    Eigen::MatrixXd jacobian =
+        descend(problem, current, true, current.sse > kHopeless * usual ? kRoughIterations : kExactIterations);
+    if (recover(problem, current)) jacobian = descend(problem, current, true, kExactIterations);
+    current.refined = current.sse <= kHopeless * usual;
+    weigh(problem, current, jacobian);
     return current;
   }
-  weigh(problem, current, linear_slopes(problem, current));
+  weigh(problem, current, linear_jacobian(problem, current));
   return current;
 }
 
@@ -247,22 +247,22 @@ Fit started(const FitProblem& problem, Fit fit) {
   return fit;
 }
 
-double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts) {
-  return begin(problem, std::move(effects), starts).squares;
+double sse_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
+  return begin(problem, std::move(effects), starts).sse;
 }
 
 Fit refined(const FitProblem& problem, Fit current) {
   current.refined = true;
-  Eigen::MatrixXd slopes = descend(problem, current, true, kExactIterations);
-  if (recover(problem, current)) slopes = descend(problem, current, true, kExactIterations);
-  weigh(problem, current, slopes);
+  Eigen::MatrixXd jacobian = descend(problem, current, true, kExactIterations);
+  if (recover(problem, current)) jacobian = descend(problem, current, true, kExactIterations);
+  weigh(problem, current, jacobian);
   return current;
 }
 
-std::vector<Eigen::MatrixXd> rests(const FitProblem& problem, const Fit& fit) {
+std::vector<Eigen::MatrixXd> residuals(const FitProblem& problem, const Fit& fit) {
   const Runs runs(problem, fit);
   std::vector<Eigen::MatrixXd> list;
-  for (std::size_t w = 0; w < fit.starts.size(); ++w) list.push_back(runs.rest(w, fit.starts[w]));
+  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) list.push_back(runs.residual(w, fit.initial_states[w]));
   return list;
 }
 
@@ -273,7 +273,7 @@ std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, con
   const Eigen::Index n = joints(fit.plant);
   for (std::size_t w = 0; w < windows.size(); ++w) {
     Eigen::MatrixXd states;
-    runs(w, fit.starts[w], &states);
+    runs(w, fit.initial_states[w], &states);
     Trajectory& path = result[windows[w].recording];
     const auto first = static_cast<Eigen::Index>(windows[w].first);
     path.position.middleRows(first, states.rows()) = states.leftCols(n);

@@ -1,22 +1,22 @@
 #pragma once
 
+#include "diagnose/fit/segment_state.hpp"
 #include "diagnose/fit/unknowns.hpp"
-#include "diagnose/fit/window_start.hpp"
 #include "diagnose/motion/linear_response.hpp"
 
 namespace bayesctrl {
 
-/// A model adjusted to recordings by free runs over windows whose initial states are free.
+/// A model fitted to recordings by multiple shooting: free runs over segments (windows) whose initial states are free.
 struct Fit {
   Plant plant;
   std::vector<Effect> effects;
   std::vector<Unknown> unknowns;
-  Eigen::MatrixXd covariance;        // of the unknowns, posterior
-  std::vector<WindowStart> starts;   // one per window
-  Eigen::VectorXd residual;          // rows of the response: measured less simulated, in units of the noise
-  double squares = kInfinity;        // of the residual
-  bool refined = false;              // with slopes from the machine itself
-  double log_evidence = -kInfinity;  // Laplace, up to a constant of the recordings; penalty per effect included
+  Eigen::MatrixXd covariance;                // of the unknowns, posterior
+  std::vector<SegmentState> initial_states;  // one per window
+  Eigen::VectorXd residual;                  // rows of the response: measured less simulated, in units of the noise
+  double sse = kInfinity;                    // of the residual
+  bool refined = false;                      // with the exact Jacobian
+  double log_evidence = -kInfinity;          // Laplace, up to a constant of the recordings; penalty per effect included
 
   /// Posterior standard deviation of a parameter of an effect (-1: of the plant); 0 for what is not adjusted.
   double deviation(int effect, std::string_view name) const;
@@ -27,11 +27,11 @@ Eigen::VectorXd values_of(const Fit& fit);
 void assign(Fit& fit, const Eigen::VectorXd& values);
 void put(Fit& fit, const Unknown& unknown);
 
-/// Minus twice the logarithm of the prior, and minus half the slope of that; the curvature of half the squares and the
-/// prior, for slopes of the rows (rows x unknowns).
+/// Minus twice the logarithm of the prior, and minus half its gradient; the Gauss-Newton Hessian of half the SSE and
+/// the prior for a Jacobian of the rows (rows x unknowns).
 double prior_cost(const Fit& fit);
-Eigen::VectorXd prior_slope(const Fit& fit);
-Eigen::MatrixXd information(const Eigen::MatrixXd& slopes, const Fit& fit);
+Eigen::VectorXd prior_gradient(const Fit& fit);
+Eigen::MatrixXd information(const Eigen::MatrixXd& jacobian, const Fit& fit);
 
 /// What all fits of a diagnosis share.
 struct FitProblem {
@@ -40,34 +40,34 @@ struct FitProblem {
   std::vector<std::string> free;
   const std::vector<Measured>& data;
   const LinearResponse& response;
-  const Excitation& excitation;
+  const Forcing& forcing;
   double penalty = 3.0;     // nats per effect
   double max_step = 0.011;  // s, of the integration
-  double best = kInfinity;  // squares of the best fit so far
+  double best = kInfinity;  // SSE of the best fit so far
 };
 
 /// Covariance and evidence of a fit, by Laplace's approximation.
-void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& slopes);
+void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& jacobian);
 
 /// Longest step of the integration (s) that moves simulations by less than a twentieth of the noise.
 double adequate_step(const FitProblem& problem);
 
-/// Most probable parameters by damped Gauss-Newton steps: residuals from free runs of the machine, slopes from the
-/// linear response and, where those mislead, from the machine itself. `effects` is the start, with `starts` those of
-/// the windows as another fit has found them. Throws NumericalError when not even the start can be simulated.
-Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts = {});
+/// Most probable parameters by damped Gauss-Newton steps: residuals from free runs of the machine, the Jacobian from
+/// the linear response and, where that misleads, from the machine itself. `effects` is the start, with `starts` those
+/// of the windows as another fit has found them. Throws NumericalError when not even the start can be simulated.
+Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts = {});
 
-/// The starts and the residual of a fit whose parameters others have settled. Throws NumericalError.
+/// Initial states and residual of a fit whose parameters are given. Throws NumericalError.
 Fit started(const FitProblem& problem, Fit fit);
 
-/// Squares of the residual there, before anything is adjusted.
-double squares_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<WindowStart>& starts);
+/// Sum of squared errors (SSE) there, before anything is adjusted.
+double sse_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
 
-/// The same from where a fit is, with slopes from the machine itself.
+/// The same from where a fit is, with the exact Jacobian.
 Fit refined(const FitProblem& problem, Fit fit);
 
 /// Measured less simulated positions of a fit, per window (samples x joints).
-std::vector<Eigen::MatrixXd> rests(const FitProblem& problem, const Fit& fit);
+std::vector<Eigen::MatrixXd> residuals(const FitProblem& problem, const Fit& fit);
 
 /// Simulated motion of a fit over its windows, elsewhere what `elsewhere` says.
 std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere);

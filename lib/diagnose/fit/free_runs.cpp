@@ -72,15 +72,15 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     const double now = data[r].time[window.first];
     lags = window.opens ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
     since = now;
-    const auto run = [&](const WindowStart& x, Eigen::MatrixXd* states) {
+    const auto run = [&](const SegmentState& x, Eigen::MatrixXd* states) {
       return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step,
                          hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);
     };
-    WindowStart start = first_start(window, paths[r], list[r]);
+    SegmentState start = initial_guess(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
     try {
-      start = fit_start([&](const WindowStart& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
-                        kWindowRounds, precision_of(start, data[r]));
+      start = fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); },
+                                start, kWindowRounds, precision_of(start, data[r]));
       lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);

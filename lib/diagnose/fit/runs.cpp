@@ -11,15 +11,15 @@ Runs::Runs(const FitProblem& problem, const Fit& fit)
     : problem_(problem), joints_(joints(fit.plant)), machines_(machines(fit.plant, fit.effects, problem.data.size())) {
   const std::vector<Segment>& windows = problem.response.windows();
   std::vector<std::map<std::size_t, HiddenVector>> known(problem.data.size());
-  for (std::size_t w = 0; w < fit.starts.size(); ++w) {
-    if (fit.starts[w].size() <= 2 * joints_ || !windows[w].after_gap) continue;
+  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+    if (fit.initial_states[w].size() <= 2 * joints_ || !windows[w].after_gap) continue;
     known[windows[w].recording][windows[w].first] =
-        fit.starts[w].segment(2 * joints_, fit.starts[w].size() - 3 * joints_);
+        fit.initial_states[w].segment(2 * joints_, fit.initial_states[w].size() - 3 * joints_);
   }
   std::vector<Eigen::MatrixXd> effects;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
     drives_.push_back(drives_of(machines_[r], problem.data[r]));
-    const Trajectory& path = problem.excitation.paths()[r];
+    const Trajectory& path = problem.forcing.paths()[r];
     effects.push_back(
         machines_[r].hidden_states(problem.data[r].time, path.position, path.velocity, drives_[r], known[r]));
   }
@@ -29,38 +29,39 @@ Runs::Runs(const FitProblem& problem, const Fit& fit)
     const std::size_t r = windows[w].recording;
     const double now = problem.data[r].time[windows[w].first];
     lags = windows[w].opens ? JointVector::Zero(joints_) : machines_[r].decayed(lags, now - since);
-    if (w < fit.starts.size() && fit.starts[w].size() > 2 * joints_) lags = fit.starts[w].tail(joints_);
+    if (w < fit.initial_states.size() && fit.initial_states[w].size() > 2 * joints_)
+      lags = fit.initial_states[w].tail(joints_);
     since = now;
     hidden_.push_back({effects[r].row(static_cast<Eigen::Index>(windows[w].first)), lags});
   }
 }
 
-Eigen::MatrixXd Runs::operator()(std::size_t w, const WindowStart& start, Eigen::MatrixXd* states) const {
+Eigen::MatrixXd Runs::operator()(std::size_t w, const SegmentState& start, Eigen::MatrixXd* states) const {
   const Segment& window = problem_.response.windows()[w];
   const std::size_t r = window.recording;
   return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, drives_[r], window.first, window.last,
                           problem_.max_step, hidden_states_of(start, window, hidden_[w]), states);
 }
 
-WindowStart Runs::precision(std::size_t w, const WindowStart& start) const {
+SegmentState Runs::precision(std::size_t w, const SegmentState& start) const {
   return precision_of(start, problem_.data[problem_.response.windows()[w].recording]);
 }
 
-Eigen::MatrixXd Runs::rest(std::size_t w, const WindowStart& start) const {
+Eigen::MatrixXd Runs::residual(std::size_t w, const SegmentState& start) const {
   const Segment& window = problem_.response.windows()[w];
   return problem_.data[window.recording].position.middleRows(static_cast<Eigen::Index>(window.first),
                                                              static_cast<Eigen::Index>(window.samples())) -
          (*this)(w, start);
 }
 
-void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& rest) {
+void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& residual) {
   fit.residual.segment(problem.response.first_row(w), problem.response.row_count(w)) =
-      problem.response.project(w, rest);
+      problem.response.project(w, residual);
 }
 
 void sum_up(Fit& fit) {
-  fit.squares = fit.residual.squaredNorm();
-  if (!std::isfinite(fit.squares)) throw NumericalError("the model diverges");
+  fit.sse = fit.residual.squaredNorm();
+  if (!std::isfinite(fit.sse)) throw NumericalError("the model diverges");
 }
 
 }  // namespace bayesctrl

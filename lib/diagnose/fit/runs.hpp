@@ -10,13 +10,13 @@ class Runs {
   Runs(const FitProblem& problem, const Fit& fit);
 
   /// Simulated positions of one window, samples x joints. Throws NumericalError.
-  Eigen::MatrixXd operator()(std::size_t w, const WindowStart& start, Eigen::MatrixXd* states = nullptr) const;
+  Eigen::MatrixXd operator()(std::size_t w, const SegmentState& start, Eigen::MatrixXd* states = nullptr) const;
 
-  /// 1 / variance a priori of a window's start.
-  WindowStart precision(std::size_t w, const WindowStart& start) const;
+  /// 1 / variance a priori of a segment's initial state.
+  SegmentState precision(std::size_t w, const SegmentState& start) const;
 
   /// Measured less simulated.
-  Eigen::MatrixXd rest(std::size_t w, const WindowStart& start) const;
+  Eigen::MatrixXd residual(std::size_t w, const SegmentState& start) const;
 
  private:
   const FitProblem& problem_;
@@ -27,9 +27,9 @@ class Runs {
 };
 
 /// Puts the residual of one window into that of the fit.
-void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& rest);
+void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& residual);
 
-/// Squares of the residual. Throws NumericalError where they are not finite.
+/// Sum of squares of the residual. Throws NumericalError where they are not finite.
 void sum_up(Fit& fit);
 
 }  // namespace bayesctrl

@@ -12,7 +12,7 @@ namespace bayesctrl {
 namespace {
 
 /// An amount as a number, for a parameter that is admitted in `range` of an effect in a joint that moves so.
-double number_of(const Amount& amount, const Range& range, const Survey& s) {
+double number_of(const Amount& amount, const Range& range, const OperatingRange& s) {
   const auto longest = [&] { return *std::max_element(s.durations.begin(), s.durations.end()); };
   switch (amount.of) {
     case Measure::one:
@@ -50,7 +50,7 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const
     unknowns.push_back(unknown);
   }
   for (std::size_t e = 0; e < effects.size(); ++e) {
-    const Survey region = survey(data, paths, effects[e].joint);
+    const OperatingRange region = operating_range(data, paths, effects[e].joint);
     for (const auto& [name, value, info] : parameters(effects[e].form)) {
       const SearchInfo& search = info.search;
       const auto number = [&, &range = info.range](const Amount& amount) { return number_of(amount, range, region); };
@@ -79,32 +79,32 @@ void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& eff
   }
 }
 
-Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& slope,
+Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& gradient,
                                    const std::vector<Unknown>& unknowns) {
-  const Eigen::Index count = slope.size();
+  const Eigen::Index count = gradient.size();
   Eigen::VectorXd step = Eigen::VectorXd::Zero(count);
-  std::vector<Eigen::Index> moving(static_cast<std::size_t>(count));
-  std::iota(moving.begin(), moving.end(), Eigen::Index{0});
-  while (!moving.empty()) {
-    const Eigen::VectorXd rest = slope - curvature * step;  // of those that have stopped
-    Eigen::VectorXd free(moving.size());
-    for (std::size_t i = 0; i < moving.size(); ++i) free[static_cast<Eigen::Index>(i)] = rest[moving[i]];
-    const Eigen::VectorXd move = curvature(moving, moving).ldlt().solve(free);
+  std::vector<Eigen::Index> unbounded(static_cast<std::size_t>(count));
+  std::iota(unbounded.begin(), unbounded.end(), Eigen::Index{0});
+  while (!unbounded.empty()) {
+    const Eigen::VectorXd left = gradient - curvature * step;  // of those that have stopped
+    Eigen::VectorXd free(unbounded.size());
+    for (std::size_t i = 0; i < unbounded.size(); ++i) free[static_cast<Eigen::Index>(i)] = left[unbounded[i]];
+    const Eigen::VectorXd move = curvature(unbounded, unbounded).ldlt().solve(free);
     std::vector<Eigen::Index> goes_on;
-    for (std::size_t i = 0; i < moving.size(); ++i) {
-      const Unknown& u = unknowns[static_cast<std::size_t>(moving[i])];
+    for (std::size_t i = 0; i < unbounded.size(); ++i) {
+      const Unknown& u = unknowns[static_cast<std::size_t>(unbounded[i])];
       const double target = u.value + move[static_cast<Eigen::Index>(i)];
       if (target >= u.low && target <= u.high) {
-        goes_on.push_back(moving[i]);
+        goes_on.push_back(unbounded[i]);
       } else {
-        step[moving[i]] = std::clamp(target, u.low, u.high) - u.value;
+        step[unbounded[i]] = std::clamp(target, u.low, u.high) - u.value;
       }
     }
-    if (goes_on.size() == moving.size()) {
-      step(moving) = move;
+    if (goes_on.size() == unbounded.size()) {
+      step(unbounded) = move;
       break;
     }
-    moving = std::move(goes_on);
+    unbounded = std::move(goes_on);
   }
   return step;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "diagnose/motion/excitation.hpp"
+#include "diagnose/motion/forcing.hpp"
 
 namespace bayesctrl {
 
@@ -26,7 +26,7 @@ void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& eff
 
 /// Newton's step from the unknowns' values for a cost with this curvature and this negative gradient. Unknowns that it
 /// would push beyond a bound stop there, and the others make the best of it.
-Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& slope,
+Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& gradient,
                                    const std::vector<Unknown>& unknowns);
 
 }  // namespace bayesctrl

@@ -134,15 +134,15 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
     const Eigen::VectorXd size = free.colwise().norm();
     const Eigen::MatrixXd scaled = free * size.cwiseInverse().asDiagonal();
     const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).ldlt().solve(scaled.transpose());
-    Eigen::MatrixXd start_map(states, samples * n), by_start(samples * n, states);
+    Eigen::MatrixXd start_map(states, samples * n), by_initial_state(samples * n, states);
     for (Eigen::Index j = 0; j < n; ++j) {
       for (Eigen::Index i = 0; i < samples; ++i) {
-        by_start.row(i * n + j) = free.row(j * samples + i) * noise[j];
+        by_initial_state.row(i * n + j) = free.row(j * samples + i) * noise[j];
         start_map.col(i * n + j) = size.cwiseInverse().cwiseProduct(inverse.col(j * samples + i)) / noise[j];
       }
     }
     start_.push_back(std::move(start_map));
-    by_start_.push_back(std::move(by_start));
+    by_initial_state_.push_back(std::move(by_initial_state));
     offset_.push_back(rows_);
     rows_ += rows;
   }
@@ -151,7 +151,7 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
   noise_ratio_ = (fast.array() / fast_count.array().max(1.0)).sqrt();
 }
 
-Eigen::MatrixXd LinearResponse::random_covariance(std::size_t window, Eigen::Index joint) const {
+Eigen::MatrixXd LinearResponse::process_noise_covariance(std::size_t window, Eigen::Index joint) const {
   Eigen::MatrixXd columns(map_[window].rows(), steps_[window].size());
   for (Eigen::Index i = 0; i < columns.cols(); ++i) {
     columns.col(i) = map_[window].col(i * joints_ + joint) / std::sqrt(steps_[window][i]);
@@ -159,11 +159,12 @@ Eigen::MatrixXd LinearResponse::random_covariance(std::size_t window, Eigen::Ind
   return columns * columns.transpose();
 }
 
-LinearResponse LinearResponse::beside_random(const Eigen::VectorXd& intensity) const {
+LinearResponse LinearResponse::with_process_noise(const Eigen::VectorXd& intensity) const {
   LinearResponse result = *this;
   for (std::size_t w = 0; w < windows_.size(); ++w) {
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(map_[w].rows(), map_[w].rows());
-    for (Eigen::Index j = 0; j < joints_; ++j) covariance += intensity[j] * intensity[j] * random_covariance(w, j);
+    for (Eigen::Index j = 0; j < joints_; ++j)
+      covariance += intensity[j] * intensity[j] * process_noise_covariance(w, j);
     const Eigen::LLT<Eigen::MatrixXd> root(covariance);
     root.matrixL().solveInPlace(result.map_[w]);
     root.matrixL().solveInPlace(result.projection_[w]);
@@ -177,7 +178,7 @@ LinearResponse LinearResponse::beside_random(const Eigen::VectorXd& intensity) c
 Eigen::VectorXd LinearResponse::likely_intensity(const Eigen::VectorXd& residual) const {
   std::vector<Eigen::MatrixXd> parts;  // [window * joints + joint]
   for (std::size_t w = 0; w < windows_.size(); ++w) {
-    for (Eigen::Index j = 0; j < joints_; ++j) parts.push_back(random_covariance(w, j));
+    for (Eigen::Index j = 0; j < joints_; ++j) parts.push_back(process_noise_covariance(w, j));
   }
   // Minus the log likelihood of the logarithms of squared intensities.
   const auto cost = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
@@ -218,8 +219,9 @@ StateVector LinearResponse::initial_change(std::size_t window, const Eigen::Matr
   return start_[window] * positions.transpose().reshaped();
 }
 
-Eigen::MatrixXd LinearResponse::without_start(std::size_t window, const Eigen::MatrixXd& positions) const {
-  const Eigen::VectorXd explained = by_start_[window] * (start_[window] * positions.transpose().reshaped());
+Eigen::MatrixXd LinearResponse::initial_state_projected_out(std::size_t window,
+                                                            const Eigen::MatrixXd& positions) const {
+  const Eigen::VectorXd explained = by_initial_state_[window] * (start_[window] * positions.transpose().reshaped());
   return positions - explained.reshaped(positions.cols(), positions.rows()).transpose();
 }
 

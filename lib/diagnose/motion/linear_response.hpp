@@ -6,8 +6,8 @@ namespace bayesctrl {
 
 /// The machine's response about a motion that is near the true one, in windows whose initial states are free: how far
 /// an additional acceleration moves the measured positions. Positions are divided by the noise, projected on slow modes
-/// of each window (polynomials and cosines) and cleared of what the initial state can do, so that what is left is white
-/// with variance 1 for a perfect model. Exact to first order in the distance between the two motions.
+/// of each window (polynomials and cosines) with what the initial state can do projected out, so that what is left is
+/// white with variance 1 for a perfect model. Exact to first order in the distance between the two motions.
 class LinearResponse {
  public:
   /// `fastest_mode`: Hz.
@@ -29,9 +29,9 @@ class LinearResponse {
   /// Noise per joint over the noise given, from the modes that are too fast for mechanics.
   const Eigen::VectorXd& noise_ratio() const { return noise_ratio_; }
 
-  /// The same beside a random acceleration: white, of this intensity per joint (root of the spectral density,
+  /// The same with process noise: a white acceleration of this intensity per joint (root of the spectral density,
   /// acceleration times root of time). Rows are then white for a model that lacks nothing else.
-  LinearResponse beside_random(const Eigen::VectorXd& intensity) const;
+  LinearResponse with_process_noise(const Eigen::VectorXd& intensity) const;
 
   /// The most probable intensities where `residual` is left.
   Eigen::VectorXd likely_intensity(const Eigen::VectorXd& residual) const;
@@ -46,21 +46,21 @@ class LinearResponse {
   /// Change of the window's initial state [q, v] that explains `positions` best.
   StateVector initial_change(std::size_t window, const Eigen::MatrixXd& positions) const;
 
-  /// `positions` of one window less what a change of its initial state explains best.
-  Eigen::MatrixXd without_start(std::size_t window, const Eigen::MatrixXd& positions) const;
+  /// `positions` of one window less what a change of its initial state explains best: projected on what it cannot do.
+  Eigen::MatrixXd initial_state_projected_out(std::size_t window, const Eigen::MatrixXd& positions) const;
 
  private:
-  /// Of a window's rows, by a random acceleration of intensity 1 in one joint.
-  Eigen::MatrixXd random_covariance(std::size_t window, Eigen::Index joint) const;
+  /// Covariance of a window's rows by process noise of intensity 1 in one joint.
+  Eigen::MatrixXd process_noise_covariance(std::size_t window, Eigen::Index joint) const;
 
   int joints_;
   std::vector<Segment> windows_;
-  std::vector<Eigen::Index> offset_;         // first row of each window
-  std::vector<Eigen::VectorXd> steps_;       // per window: s, of its samples
-  std::vector<Eigen::MatrixXd> map_;         // per window: rows x (steps * joints)
-  std::vector<Eigen::MatrixXd> projection_;  // per window: rows x (samples * joints), the same order
-  std::vector<Eigen::MatrixXd> start_;       // per window: states x (samples * joints), least squares,
-  std::vector<Eigen::MatrixXd> by_start_;    // and (samples * joints) x states, what it does to positions
+  std::vector<Eigen::Index> offset_;               // first row of each window
+  std::vector<Eigen::VectorXd> steps_;             // per window: s, of its samples
+  std::vector<Eigen::MatrixXd> map_;               // per window: rows x (steps * joints)
+  std::vector<Eigen::MatrixXd> projection_;        // per window: rows x (samples * joints), the same order
+  std::vector<Eigen::MatrixXd> start_;             // per window: states x (samples * joints), least squares,
+  std::vector<Eigen::MatrixXd> by_initial_state_;  // and (samples * joints) x states, what it does to positions
   Eigen::VectorXd target_;
   Eigen::VectorXd noise_ratio_;
   Eigen::Index rows_ = 0;

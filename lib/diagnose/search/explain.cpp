@@ -18,7 +18,7 @@ constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a f
 constexpr double kScreenError = 1e-3;  // and of the nats that the best explains: the screen is linear
 constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
 constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last,
-constexpr double kGainOfRest = 0.005;  // and of half the squares that are left
+constexpr double kGainOfSse = 0.005;   // and of half the squares that are left
 constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
 constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
 constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
@@ -35,27 +35,27 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
   result->paths = std::move(paths);
   result->response = std::make_unique<LinearResponse>(plant, data, result->paths, noise, windows(data, options.window),
                                                       options.fastest_mode);
-  result->excitation = std::make_unique<Excitation>(plant, data, result->paths);
-  result->dictionary = make_dictionary(*result->response, *result->excitation, options.allowed);
+  result->forcing = std::make_unique<Forcing>(plant, data, result->paths);
+  result->dictionary = make_dictionary(*result->response, *result->forcing, options.allowed);
   return result;
 }
 
 /// Response to each free parameter per unit, rows x parameters.
-Eigen::MatrixXd slopes_of_free(const LinearResponse& response, const Excitation& excitation, const Plant& plant,
-                               const std::vector<Measured>& data, const std::vector<std::string>& free) {
-  Eigen::MatrixXd slopes(response.rows(), static_cast<Eigen::Index>(free.size()));
+Eigen::MatrixXd jacobian_of_free(const LinearResponse& response, const Forcing& forcing, const Plant& plant,
+                                 const std::vector<Measured>& data, const std::vector<std::string>& free) {
+  Eigen::MatrixXd jacobian(response.rows(), static_cast<Eigen::Index>(free.size()));
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double value = parameter(plant, free[i]), step = 1e-4 * std::max(std::abs(value), 1e-3);
     Plant higher = plant;
     set_parameter(higher, free[i], value + step);
     std::vector<Eigen::MatrixXd> acceleration;
     for (std::size_t r = 0; r < data.size(); ++r) {
-      const Eigen::MatrixXd difference = excitation.acceleration(higher, r) - excitation.acceleration(plant, r);
+      const Eigen::MatrixXd difference = forcing.acceleration(higher, r) - forcing.acceleration(plant, r);
       acceleration.push_back(difference.transpose().reshaped() / step);
     }
-    slopes.col(static_cast<Eigen::Index>(i)) = response.responses(acceleration);
+    jacobian.col(static_cast<Eigen::Index>(i)) = response.responses(acceleration);
   }
-  return slopes;
+  return jacobian;
 }
 
 /// The nominal with free parameters near their best values: linear steps along the smoothed motion, which need no
@@ -64,9 +64,9 @@ Plant adjusted(Plant plant, const std::vector<Measured>& data, const std::vector
                const Eigen::VectorXd& noise, const ExplainOptions& options) {
   for (int round = 0; round < kAdjustments && !options.free.empty(); ++round) {
     const LinearResponse response(plant, data, paths, noise, windows(data, 0.5 * options.window), options.fastest_mode);
-    const Excitation excitation(plant, data, paths);
-    const Eigen::MatrixXd slopes = slopes_of_free(response, excitation, plant, data, options.free);
-    const Eigen::VectorXd change = slopes.colPivHouseholderQr().solve(response.target());
+    const Forcing forcing(plant, data, paths);
+    const Eigen::MatrixXd jacobian = jacobian_of_free(response, forcing, plant, data, options.free);
+    const Eigen::VectorXd change = jacobian.colPivHouseholderQr().solve(response.target());
     for (std::size_t i = 0; i < options.free.size(); ++i) {
       const double value = parameter(plant, options.free[i]);
       const double most = 0.5 * std::max(std::abs(value), 1e-3);
@@ -167,7 +167,7 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
   fit_findings(fits, findings, dictionary, options);
   fits.add_subsets();
   climb(fits, screen, hopeless_behind(findings.front()), dictionary, result, options);
-  for (std::vector<Effect>& effects : twins(fits.ranked().front()->effects)) fits.add(std::move(effects));
+  for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }
 
 /// All fits as candidates, most probable first.
@@ -185,11 +185,11 @@ void rank(Explanation& result, const Fits& fits) {
 
 }  // namespace
 
-Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
-                     const std::vector<std::string>& free) {
-  Cleared result{about.dictionary.columns, about.response->target()};
+Projected free_projected_out(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                             const std::vector<std::string>& free) {
+  Projected result{about.dictionary.columns, about.response->target()};
   if (free.empty()) return result;
-  Eigen::MatrixXd basis = slopes_of_free(*about.response, *about.excitation, plant, data, free);
+  Eigen::MatrixXd basis = jacobian_of_free(*about.response, *about.forcing, plant, data, free);
   for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
   const Eigen::MatrixXd q =
       basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
@@ -201,7 +201,7 @@ Cleared without_free(const Linearisation& about, const Plant& plant, const std::
 FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
                          const ExplainOptions& options) {
   return {explanation.start, explanation.given, options.free,    data,
-          *about.response,   *about.excitation, options.penalty, explanation.max_step};
+          *about.response,   *about.forcing,    options.penalty, explanation.max_step};
 }
 
 const Candidate& Explanation::without_effects() const {
@@ -217,12 +217,12 @@ double Explanation::p_value(const Fit& fit) const {
   const double used = static_cast<double>(fit.unknowns.size());
   const double degrees = std::max(1.0, rows - used);
   const boost::math::fisher_f distribution(degrees, fast_rows);
-  return boost::math::cdf(boost::math::complement(distribution, std::min(fit.squares / degrees, 1e12)));
+  return boost::math::cdf(boost::math::complement(distribution, std::min(fit.sse / degrees, 1e12)));
 }
 
 double Explanation::excess(const Fit& fit) const {
   const double degrees = std::max(1.0, rows - static_cast<double>(fit.unknowns.size()));
-  return std::sqrt(std::max(0.0, fit.squares / degrees - 1.0));
+  return std::sqrt(std::max(0.0, fit.sse / degrees - 1.0));
 }
 
 namespace {
@@ -241,15 +241,15 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     if (round == 0) result.measured = about;
     for (const std::vector<Effect>& effects : kept) fits.add(effects);
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
-    const Cleared cleared = without_free(*about, nominal, data, options.free);
-    const Screen screen(about->dictionary, cleared.columns, cleared.target, {.penalty = options.penalty});
+    const Projected projected = free_projected_out(*about, nominal, data, options.free);
+    const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = options.penalty});
     search(fits, screen, about->dictionary, result, options);
     fits.refine();
     rank(result, fits);
     result.linearisation = about;
     const double left = result.excess(result.best().fit);
     const double evidence = result.best().fit.log_evidence;
-    const double gain = std::max(kGain, kGainOfRest * 0.5 * result.best().fit.squares);
+    const double gain = std::max(kGain, kGainOfSse * 0.5 * result.best().fit.sse);
     const bool settled = round > 0 && evidence < reached + gain;
     if (settled || result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) {
       if (left <= kFarOff) break;

@@ -13,7 +13,7 @@ namespace bayesctrl {
 struct Linearisation {
   std::vector<Trajectory> paths;
   std::unique_ptr<LinearResponse> response;
-  std::unique_ptr<Excitation> excitation;
+  std::unique_ptr<Forcing> forcing;
   Dictionary dictionary;
 };
 
@@ -41,10 +41,10 @@ struct Explanation {
   const Candidate& best() const { return candidates.front(); }
   const Candidate& without_effects() const;
 
-  /// Probability that a model as good as this one leaves so much: squares of its residual against the noise (F test).
+  /// Probability that a model as good as this one leaves so much: SSE of its residual against the noise (F test).
   double p_value(const Fit& fit) const;
 
-  /// Root of the squares beyond the noise, in units of it.
+  /// Root mean square of the residual beyond the noise, in units of it.
   double excess(const Fit& fit) const;
 };
 
@@ -71,11 +71,11 @@ FitProblem problem_about(const Linearisation& about, const Explanation& explanat
                          const ExplainOptions& options);
 
 /// The dictionary's columns and the target of a linearisation without what the free parameters can do.
-struct Cleared {
+struct Projected {
   Eigen::MatrixXd columns;
   Eigen::VectorXd target;
 };
-Cleared without_free(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
-                     const std::vector<std::string>& free);
+Projected free_projected_out(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
+                             const std::vector<std::string>& free);
 
 }  // namespace bayesctrl

@@ -16,11 +16,11 @@ constexpr double kConvergence = 0.5;   // nats that a new start must gain
 constexpr double kLost = 10.0;         // times what the best leaves, about another motion: not fitted once more
 
 /// Starts of windows for a set from those of another: the same is shown by other sensors.
-std::vector<WindowStart> as_shown(std::vector<WindowStart> starts, const Machine& from, const Machine& to) {
+std::vector<SegmentState> as_shown(std::vector<SegmentState> starts, const Machine& from, const Machine& to) {
   const Eigen::Index n = from.joints();
   const JointVector none = JointVector::Zero(n), one = JointVector::Ones(n);
   const JointVector scale = from.measured(one) - from.measured(none), other = to.measured(one) - to.measured(none);
-  for (WindowStart& start : starts) {
+  for (SegmentState& start : starts) {
     start.head(n) = (from.measured(start.head(n)) - to.measured(none)).cwiseQuotient(other);
     start.segment(n, n) = start.segment(n, n).cwiseProduct(scale).cwiseQuotient(other).eval();
   }
@@ -32,7 +32,7 @@ std::vector<WindowStart> as_shown(std::vector<WindowStart> starts, const Machine
 double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   about_ = std::move(linearisation);
   if (max_step_ == 0.0) {
-    max_step_ = adequate_step({nominal_, given_, {}, data_, *about_->response, *about_->excitation});
+    max_step_ = adequate_step({nominal_, given_, {}, data_, *about_->response, *about_->forcing});
   }
   tried_.clear();
   for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
@@ -45,13 +45,13 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   if (!tried_.insert(name).second) return find(name);
   if (redundant(effects) || !allowed(effects)) return nullptr;
   // What was found about another motion is the better start, and enough where it is lost.
-  std::vector<WindowStart> starts;
+  std::vector<SegmentState> starts;
   if (const auto old = stale_.find(name); old != stale_.end()) {
-    if (!effects.empty() && old->second.squares > kLost * (problem().best + 2.0 * kNested)) {
+    if (!effects.empty() && old->second.sse > kLost * (problem().best + 2.0 * kNested)) {
       return &fits_.insert_or_assign(name, old->second).first->second;
     }
     effects = old->second.effects;
-    starts = old->second.starts;
+    starts = old->second.initial_states;
   }
   try {
     fits_.insert_or_assign(name, fit(problem(), std::move(effects), starts));
@@ -68,8 +68,8 @@ bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
     return true;
   }
   const Fit* found = find(key(effects));
-  if (found == nullptr || found->squares <= known.squares) return false;
-  improve(effects, known.starts);
+  if (found == nullptr || found->sse <= known.sse) return false;
+  improve(effects, known.initial_states);
   return true;
 }
 
@@ -116,15 +116,15 @@ void Fits::refine() {
     }
     for (std::size_t i = 0; i < list.size() && !again; ++i) {
       for (std::size_t k = 0; k < list.size() && !again; ++k) {
-        if (list[k].squares >= list[i].squares) continue;
+        if (list[k].sse >= list[i].sse) continue;
         const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
         if (starts.empty()) continue;
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
-        if (list[k].squares > known - kConvergence) continue;
-        known = list[k].squares;
+        if (list[k].sse > known - kConvergence) continue;
+        known = list[k].sse;
         const Machine from(list[k].plant, list[k].effects);
         for (const std::vector<Effect>& start : starts) {
-          again |= improve(start, as_shown(list[k].starts, from, Machine(list[k].plant, start)));
+          again |= improve(start, as_shown(list[k].initial_states, from, Machine(list[k].plant, start)));
         }
       }
     }
@@ -140,12 +140,12 @@ std::vector<const Fit*> Fits::ranked() const {
 
 FitProblem Fits::problem() const {
   double best = kInfinity;
-  for (const auto& [name, fit] : fits_) best = std::min(best, fit.squares);
-  return {nominal_,         given_,    options_.free, data_, *about_->response, *about_->excitation,
-          options_.penalty, max_step_, best};
+  for (const auto& [name, fit] : fits_) best = std::min(best, fit.sse);
+  return {nominal_,         given_,           options_.free, data_, *about_->response,
+          *about_->forcing, options_.penalty, max_step_,     best};
 }
 
-/// Those that are nearly as good as the best, its own subsets and twins, and what it is with a simpler law.
+/// Those that are nearly as good as the best, its own subsets and equivalents, and what it is with a simpler law.
 std::vector<Fit> Fits::finalists() const {
   std::vector<Fit> list;
   const std::vector<const Fit*> best = ranked();
@@ -156,7 +156,7 @@ std::vector<Fit> Fits::finalists() const {
     std::vector<Effect> simpler = set;
     if (simplify(simpler[e].form)) subsets.insert(key(simpler));
   }
-  for (const std::vector<Effect>& twin : twins(set)) subsets.insert(key(twin));
+  for (const std::vector<Effect>& equivalent : equivalents(set)) subsets.insert(key(equivalent));
   for (const Fit* fit : best) {
     const double behind = best.front()->log_evidence - fit->log_evidence;
     const bool close = behind < kClose && list.size() < kFinalists;
@@ -166,10 +166,10 @@ std::vector<Fit> Fits::finalists() const {
 }
 
 /// Fits a set once more from other parameters if they are a better place than it has found; true if it gains.
-bool Fits::improve(const std::vector<Effect>& start, const std::vector<WindowStart>& starts) {
+bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts) {
   try {
     Fit& known = fits_.at(key(start));
-    if (squares_at(problem(), start, starts) >= known.squares) return false;
+    if (sse_at(problem(), start, starts) >= known.sse) return false;
     Fit tried = refined(problem(), fit(problem(), start, starts));
     if (tried.log_evidence < known.log_evidence + kConvergence) return false;
     known = std::move(tried);

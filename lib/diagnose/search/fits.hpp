@@ -32,9 +32,9 @@ class Fits {
   /// Every set once more with simpler laws in the place of richer ones.
   void add_simpler();
 
-  /// Brings the finalists to their true optima, with slopes from the machine itself: laws that contain one another are
-  /// compared by the last few nats. Where one stops short of what another that it contains has found, it starts anew
-  /// from there.
+  /// Brings the finalists to their true optima, with the exact Jacobian: laws that contain one another
+  /// are compared by the last few nats. Where one stops short of what another that it contains has found, it starts
+  /// anew from there.
   void refine();
 
   /// Most probable first.
@@ -45,7 +45,7 @@ class Fits {
 
  private:
   std::vector<Fit> finalists() const;
-  bool improve(const std::vector<Effect>& start, const std::vector<WindowStart>& starts);
+  bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts);
   bool allowed(const std::vector<Effect>& effects) const;
   const Fit* find(const std::string& name) const;
 

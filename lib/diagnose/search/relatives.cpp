@@ -111,10 +111,10 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
   return list;
 }
 
-std::vector<std::vector<Effect>> twins(const std::vector<Effect>& set) {
+std::vector<std::vector<Effect>> equivalents(const std::vector<Effect>& set) {
   std::vector<std::vector<Effect>> list;
   for (std::size_t e = 0; e < set.size(); ++e) {
-    const std::optional<EffectForm> other = twin(set[e].form);
+    const std::optional<EffectForm> other = equivalent(set[e].form);
     if (!other) continue;
     list.push_back(set);
     list.back()[e].form = *other;
@@ -130,8 +130,8 @@ std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, 
     std::vector<Effect> simpler = other;
     if (simplify(simpler[e].form) && key(simpler) == key(wanted)) return {simpler};
   }
-  for (const std::vector<Effect>& twin : twins(other)) {
-    if (key(twin) == key(wanted)) return {twin};
+  for (const std::vector<Effect>& equivalent : equivalents(other)) {
+    if (key(equivalent) == key(wanted)) return {equivalent};
   }
   std::vector<std::vector<Effect>> starts;
   for (std::size_t e = 0; e < wanted.size(); ++e) {

@@ -26,12 +26,12 @@ std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Eff
 /// the screen cannot tell them apart.
 std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set);
 
-/// Sets in which an effect's twin stands in its place, such as an offset of the sensor in that of a tilt: on one plant
-/// or another the same motion is measured, and an answer has to say both.
-std::vector<std::vector<Effect>> twins(const std::vector<Effect>& set);
+/// Sets in which an observationally equivalent effect stands in an effect's place, such as an offset of the sensor in
+/// that of a tilt: on one plant or another the same motion is measured, and an answer has to say both.
+std::vector<std::vector<Effect>> equivalents(const std::vector<Effect>& set);
 
-/// Parameters for one set from those of another: a larger one, one with a simpler or richer law, or a twin. Empty for
-/// all others.
+/// Parameters for one set from those of another: a larger one, one with a simpler or richer law, or an equivalent.
+/// Empty for all others.
 std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, const std::vector<Effect>& other);
 
 }  // namespace bayesctrl

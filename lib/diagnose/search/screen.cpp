@@ -161,14 +161,14 @@ std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
   return list;
 }
 
-Dictionary make_dictionary(const LinearResponse& response, const Excitation& excitation,
+Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
                            const std::vector<std::size_t>& allowed) {
-  const std::vector<Measured>& data = excitation.data();
-  const int n = joints(excitation.plant());
+  const std::vector<Measured>& data = forcing.data();
+  const int n = joints(forcing.plant());
   Dictionary dictionary;
   std::vector<Effect> members;
   for (int joint = 0; joint < n; ++joint) {
-    const Survey region = survey(data, excitation.paths(), joint);
+    const OperatingRange region = operating_range(data, forcing.paths(), joint);
     std::size_t kind = 0;
     for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E) {
       const std::size_t index = kind++;
@@ -196,7 +196,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Excitation& exc
   dictionary.columns.resize(response.rows(), count);
   dictionary.scale.resize(count);
   if (count == 0) return dictionary;  // none of the allowed effects can act in this machine
-  const double nominal = excitation.nominal_acceleration();
+  const double nominal = forcing.nominal_acceleration();
   double total = 0.0;
   for (const Measured& m : data) total += static_cast<double>(m.samples());
   for (Eigen::Index from = 0; from < count; from += kBatch) {
@@ -211,10 +211,10 @@ Dictionary make_dictionary(const LinearResponse& response, const Excitation& exc
         const Effect& member = members[static_cast<std::size_t>(from + i)];
         if (channel(member.form) == "sensor") {
           any_sensor = true;
-          p.col(i) = excitation.measured(member, r).transpose().reshaped();
+          p.col(i) = forcing.measured(member, r).transpose().reshaped();
           a.col(i).setZero();
         } else {
-          a.col(i) = excitation.acceleration(member, r).transpose().reshaped();
+          a.col(i) = forcing.acceleration(member, r).transpose().reshaped();
           p.col(i).setZero();
           squares[i] += a.col(i).squaredNorm();
         }

@@ -3,7 +3,7 @@
 #include <functional>
 #include <span>
 
-#include "diagnose/motion/excitation.hpp"
+#include "diagnose/motion/forcing.hpp"
 #include "diagnose/motion/linear_response.hpp"
 
 namespace bayesctrl {
@@ -32,7 +32,7 @@ struct Dictionary {
 };
 
 /// `allowed`: indices of EffectForm.
-Dictionary make_dictionary(const LinearResponse& response, const Excitation& excitation,
+Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
                            const std::vector<std::size_t>& allowed);
 
 /// A set of suspects with the shapes that explain the target best.

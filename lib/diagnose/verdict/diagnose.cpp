@@ -111,7 +111,7 @@ Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, cons
 /// What the nominal leaves as it was given.
 struct AsGiven {
   double p_value = 1.0;
-  std::vector<Eigen::MatrixXd> rests;
+  std::vector<Eigen::MatrixXd> residuals;
 };
 
 AsGiven nominal_as_given(const Search& search) {
@@ -119,10 +119,10 @@ AsGiven nominal_as_given(const Search& search) {
   const LinearResponse response(search.nominal, search.data, explanation.measured->paths, explanation.noise,
                                 search.about().response->windows(), search.options.fastest_mode);
   const FitProblem problem{
-      search.nominal,         search.nominal,      {}, search.data, response, *search.about().excitation,
+      search.nominal,         search.nominal,      {}, search.data, response, *search.about().forcing,
       search.options.penalty, explanation.max_step};
   const Fit given = search.options.free.empty() ? search.refit() : fit(problem, {});
-  return {explanation.p_value(given), rests(problem, given)};
+  return {explanation.p_value(given), residuals(problem, given)};
 }
 
 /// Where the mismatch is: when, on what it depends, in which joint and on which side of the machine.
@@ -156,17 +156,17 @@ Explained explained(const Search& search, const Judgement& judgement, const std:
     result.effects.push_back(shown_effect(best, e, search.data, units));
   }
   result.equation = equation(best.effects, search.spec.joints());
-  result.probability = judgement.alike.probability;
+  result.probability = judgement.equivalence.probability;
   return result;
 }
 
 std::vector<Alternative> alternatives(const Search& search, const Judgement& judgement) {
   const int joints = search.spec.joints();
-  const std::vector<const Candidate*>& alike = judgement.alike.sets;
+  const std::vector<const Candidate*>& equivalent = judgement.equivalence.sets;
   std::vector<Alternative> list;
   for (const Candidate& candidate : search.explanation.candidates) {
     if (&candidate == &search.explanation.best() || candidate.probability < kShown) continue;
-    const bool counted = std::find(alike.begin(), alike.end(), &candidate) != alike.end();
+    const bool counted = std::find(equivalent.begin(), equivalent.end(), &candidate) != equivalent.end();
     list.push_back({labels(candidate.fit.effects, joints), candidate.probability,
                     equation(candidate.fit.effects, joints), counted && judgement.says_effects()});
     if (list.size() >= kMostAlternatives) break;
@@ -180,7 +180,7 @@ void state(Diagnosis& diagnosis, const Search& search, const Judgement& judgemen
   diagnosis.fit.noise_floor = search.explanation.noise_rms();
   diagnosis.mismatch = locate(search, judgement);
   diagnosis.explanation = explained(search, judgement, diagnosis.units);
-  for (const std::vector<std::string>& names : judgement.alike.classes) {
+  for (const std::vector<std::string>& names : judgement.equivalence.classes) {
     if (judgement.says_effects() && names.size() > 1) diagnosis.indistinguishable.push_back(names);
   }
   diagnosis.alternatives = alternatives(search, judgement);
@@ -236,7 +236,7 @@ FitErrors compare(const Models& models, const Search& search, const std::vector<
 Residual test_residuals(const Search& search, const AsGiven& given) {
   const FitProblem about_best = problem_about(search.about(), search.explanation, search.data, search.options);
   const std::vector<ResidualTests> tests = residual_tests(search.about(), search.data, search.explanation.noise,
-                                                          {given.rests, rests(about_best, search.best())});
+                                                          {given.residuals, residuals(about_best, search.best())});
   return {shown(tests[0], search.data), shown(tests[1], search.data)};
 }
 

@@ -31,9 +31,10 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
   std::optional<Discrepancy> anew;
   if (explanation.linearisation != explanation.measured) anew.emplace(search.about(), search.data);
   const Discrepancy& about_best = anew ? *anew : missing.discrepancy;
-  const StandIn found = declined ? stand_in(explanation, missing.discrepancy, about_best, missing.rows.target,
-                                            search.data, search.smoothed, horizon)
-                                 : beside_best(explanation, about_best, search.data, search.smoothed, horizon);
+  const SelectedDiscrepancy found =
+      declined ? select_discrepancy(explanation, missing.discrepancy, about_best, missing.rows.target, search.data,
+                                    search.smoothed, horizon)
+               : select_beside_best(explanation, about_best, search.data, search.smoothed, horizon);
   judgement.fit = found.fit;
   judgement.remainder = found.remainder;
   judgement.left = found.remaining;
@@ -45,7 +46,7 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
 Missing missing_torque(const Search& search) {
   const Explanation& explanation = search.explanation;
   return {Discrepancy(*explanation.measured, search.data),
-          without_free(*explanation.measured, explanation.start, search.data, search.options.free)};
+          free_projected_out(*explanation.measured, explanation.start, search.data, search.options.free)};
 }
 
 Judgement judge(const Search& search, const Missing& missing, double p_given) {
@@ -54,11 +55,11 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   const bool named_something = !search.best().effects.empty();
   result.verdict = named_something ? Verdict::named : Verdict::nothing_missing;
   result.fit = search.best();
-  result.alike = find_alike(explanation, search.spec.joints());
+  result.equivalence = find_equivalent(explanation, search.spec.joints());
   result.p_given = p_given;
   result.significant = explanation.p_value(search.best()) < (named_something ? kSignificant : kNothing);
   if (result.significant) judge_remainder(result, search, missing);
-  const bool sure = result.alike.probability >= kConfident;
+  const bool sure = result.equivalence.probability >= kConfident;
   if (result.verdict == Verdict::named && !sure) result.verdict = Verdict::ambiguous;
   result.parameters_explain =
       result.verdict == Verdict::nothing_missing && p_given < kNothing && !search.options.free.empty();

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "diagnose/discrepancy/decline.hpp"
+#include "diagnose/discrepancy/selection.hpp"
 #include "diagnose/recording/spec.hpp"
 #include "diagnose/verdict/diagnosis.hpp"
 #include "diagnose/verdict/which.hpp"
@@ -32,7 +32,7 @@ struct Judgement {
   Remainder remainder;                           // and what stands beside it
   Discrepancy::Dependence left;                  // what that depends on which the stated model leaves
   std::optional<Discrepancy::Dependence> whole;  // and what the nominal leaves
-  Alike alike;
+  Equivalence equivalence;
   double p_given = 1.0;
   bool parameters_explain = false;
 
@@ -43,7 +43,7 @@ struct Judgement {
 /// What is missing as the measured motion shows it, without what free parameters can do.
 struct Missing {
   Discrepancy discrepancy;
-  Cleared rows;
+  Projected rows;
 };
 
 Missing missing_torque(const Search& search);

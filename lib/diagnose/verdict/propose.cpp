@@ -81,16 +81,16 @@ class Difference {
   }
 
   /// Squares that are left if the rival were linear in what it may change.
-  double linear_squares() {
-    const Eigen::MatrixXd slopes = this->slopes();
-    change_ = slopes.colPivHouseholderQr().solve(left_);
-    return (left_ - slopes * change_).squaredNorm();
+  double linear_sse() {
+    const Eigen::MatrixXd jacobian = this->jacobian();
+    change_ = jacobian.colPivHouseholderQr().solve(left_);
+    return (left_ - jacobian * change_).squaredNorm();
   }
 
   /// The same after a few steps of its own.
   double squares() {
     for (int round = 0; round < kRounds; ++round) {
-      linear_squares();
+      linear_sse();
       Fit moved = rival_;
       StateVector start = start_;
       for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
@@ -113,10 +113,10 @@ class Difference {
     return simulate(fit.plant, fit.effects, input_, joint_, static_cast<int>(start_.size()) / 2, start);
   }
 
-  Eigen::MatrixXd slopes() const {
+  Eigen::MatrixXd jacobian() const {
     const Eigen::VectorXd here = wanted_ - left_;
     const auto count = static_cast<Eigen::Index>(rival_.unknowns.size());
-    Eigen::MatrixXd slopes(left_.size(), count + start_.size());
+    Eigen::MatrixXd jacobian(left_.size(), count + start_.size());
     for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
       Unknown unknown = rival_.unknowns[i];
       const auto at = static_cast<Eigen::Index>(i);
@@ -124,14 +124,14 @@ class Difference {
       Fit moved = rival_;
       unknown.value += step;
       put(moved, unknown);
-      slopes.col(at) = (shown(moved, start_) - here) / step;
+      jacobian.col(at) = (shown(moved, start_) - here) / step;
     }
     for (Eigen::Index i = 0; i < start_.size(); ++i) {
       StateVector moved = start_;
-      moved[i] += kStartStep;
-      slopes.col(count + i) = (shown(rival_, moved) - here) / kStartStep;
+      moved[i] += kSegmentStateStep;
+      jacobian.col(count + i) = (shown(rival_, moved) - here) / kSegmentStateStep;
     }
-    return slopes;
+    return jacobian;
   }
 
   Fit rival_;
@@ -184,7 +184,7 @@ std::pair<double, const Input*> best_input(const Rivals& rivals, const std::vect
   std::vector<std::pair<double, const Input*>> promising;  // log odds to first order
   for (const Input& tried : inputs) {
     try {
-      promising.emplace_back(rivals.expected(tried, &Difference::linear_squares), &tried);
+      promising.emplace_back(rivals.expected(tried, &Difference::linear_sse), &tried);
     } catch (const NumericalError&) {  // this input is not for this machine
     }
   }

@@ -112,7 +112,8 @@ std::vector<ResidualTests> residual_tests(const Linearisation& about, const std:
   const Tests tests(about, data, noise);
   std::vector<ResidualTests> results;
   for (Windows residual : residuals) {  // as the replicates: without what the starts of windows may still explain
-    for (std::size_t w = 0; w < residual.size(); ++w) residual[w] = about.response->without_start(w, residual[w]);
+    for (std::size_t w = 0; w < residual.size(); ++w)
+      residual[w] = about.response->initial_state_projected_out(w, residual[w]);
     results.push_back(tests(residual));
   }
   std::vector<std::array<int, 5>> beyond(residuals.size());
@@ -124,7 +125,7 @@ std::vector<ResidualTests> residual_tests(const Linearisation& about, const std:
       for (Eigen::Index i = 0; i < e.rows(); ++i) {
         for (Eigen::Index j = 0; j < e.cols(); ++j) e(i, j) = noise[j] * draw_normal(stream);
       }
-      white.push_back(about.response->without_start(w, e));
+      white.push_back(about.response->initial_state_projected_out(w, e));
     }
     const ResidualTests drawn = tests(white);
     for (std::size_t f = 0; f < results.size(); ++f) {

@@ -5,8 +5,8 @@
 namespace bayesctrl {
 
 /// Whether what a fit leaves is more than white noise. Every p-value comes from a parametric bootstrap: the share of
-/// replicates of white noise, cleared of what initial states of windows can do as the residual is, that show as much;
-/// each is measured against its own size. With 199 replicates none is below 0.005.
+/// replicates of white noise, the initial states of windows projected out as they are of the residual, that show as
+/// much; each is measured against its own size. With 199 replicates none is below 0.005.
 struct ResidualTests {
   double slow_share = 1.0;  // power in slow modes over that of white noise
   double slow_p = 1.0;

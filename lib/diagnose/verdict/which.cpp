@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "diagnose/fit/free_runs.hpp"
-#include "diagnose/fit/random_force.hpp"
+#include "diagnose/fit/process_noise.hpp"
 
 namespace bayesctrl {
 
@@ -38,13 +38,13 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 
 /// Evidence of candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
 /// What has many more can be no alternative. All but the first then have the parameters that the evidence is of.
-void rank_beside_force(Explanation& explanation, const FitProblem& measured, const LinearResponse& white,
-                       std::size_t numbers) {
+void rank_with_process_noise(Explanation& explanation, const FitProblem& measured, const LinearResponse& white,
+                             std::size_t numbers) {
   std::map<std::string, Fit> settled;
   for (Candidate& candidate : explanation.candidates) {
     candidate.fit.log_evidence = -kInfinity;
     if (candidate.fit.unknowns.size() > numbers + kManyMore) continue;
-    const Fit fit = beside_random_force(measured, white, candidate.fit);
+    const Fit fit = fit_with_process_noise(measured, white, candidate.fit);
     candidate.fit.log_evidence = fit.log_evidence;
     settled.emplace(key(fit.effects), fit);
   }
@@ -68,7 +68,7 @@ void rank_beside_force(Explanation& explanation, const FitProblem& measured, con
     }
     if (fit.log_evidence > highest) continue;
     const Eigen::VectorXd more = its->second.residual.cwiseAbs2() - best.residual.cwiseAbs2();
-    fit.log_evidence = highest - believable(highest - fit.log_evidence, 0.5 * more);
+    fit.log_evidence = highest - vuong_bounded(highest - fit.log_evidence, 0.5 * more);
   }
   std::sort(candidates.begin() + 1, candidates.end(), more_probable);
   double sum = 0.0;
@@ -81,7 +81,7 @@ void rank_beside_force(Explanation& explanation, const FitProblem& measured, con
 
 }  // namespace
 
-double believable(double nats, const Eigen::VectorXd& more) {
+double vuong_bounded(double nats, const Eigen::VectorXd& more) {
   const auto count = static_cast<double>(more.size());
   if (more.size() < 2) return nats;
   const double scatter = std::sqrt((more.array() - more.mean()).square().sum() * count / (count - 1.0));
@@ -98,8 +98,8 @@ std::vector<std::string> labels(const std::vector<Effect>& effects, int joints) 
   return list;
 }
 
-Alike find_alike(const Explanation& explanation, int joints) {
-  Alike result;
+Equivalence find_equivalent(const Explanation& explanation, int joints) {
+  Equivalence result;
   const Fit& best = explanation.best().fit;
   for (const Effect& effect : best.effects) result.classes.push_back({label(effect, joints)});
   std::vector<std::string> own = labels(best.effects, joints);
@@ -177,12 +177,12 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
   const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
   const auto beside_force = [&](const Fit& fit) {
-    return measured.response.beside_random(likely_intensity(measured, fit));
+    return measured.response.with_process_noise(likely_intensity(measured, fit));
   };
-  rank_beside_force(explanation, measured, beside_force(worthwhile), worthwhile.unknowns.size());
+  rank_with_process_noise(explanation, measured, beside_force(worthwhile), worthwhile.unknowns.size());
 
   Fit& best = explanation.candidates.front().fit;
-  const Fit settled = beside_random_force(measured, beside_force(best), best);
+  const Fit settled = fit_with_process_noise(measured, beside_force(best), best);
   const double before = beyond_noise(best), evidence = best.log_evidence;
   best.covariance = settled.covariance;
   try {

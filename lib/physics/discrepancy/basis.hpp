@@ -3,8 +3,6 @@
 #include <concepts>
 #include <variant>
 
-#include "physics/discrepancy/bases/bump.hpp"
-#include "physics/discrepancy/bases/bump_state.hpp"
 #include "physics/discrepancy/bases/coefficient.hpp"
 #include "physics/discrepancy/bases/hinge.hpp"
 #include "physics/discrepancy/bases/late.hpp"
@@ -16,6 +14,8 @@
 #include "physics/discrepancy/bases/power_drag.hpp"
 #include "physics/discrepancy/bases/power_dry.hpp"
 #include "physics/discrepancy/bases/power_gain.hpp"
+#include "physics/discrepancy/bases/rbf.hpp"
+#include "physics/discrepancy/bases/rbf_state.hpp"
 #include "physics/discrepancy/bases/relay.hpp"
 #include "physics/discrepancy/bases/reversal.hpp"
 #include "physics/discrepancy/bases/sign.hpp"
@@ -26,10 +26,10 @@
 
 namespace bayesctrl {
 
-using BumpPosition = Bump<Quantity::position>;
-using BumpVelocity = Bump<Quantity::velocity>;
-using BumpInput = Bump<Quantity::input>;
-using BumpTime = Bump<Quantity::time>;
+using RbfPosition = Rbf<Quantity::position>;
+using RbfVelocity = Rbf<Quantity::velocity>;
+using RbfInput = Rbf<Quantity::input>;
+using RbfTime = Rbf<Quantity::time>;
 using SignVelocity = Sign<Quantity::velocity>;
 using SignInput = Sign<Quantity::input>;
 using PositionDrag = Coefficient<Quantity::position, Quantity::velocity>;
@@ -60,7 +60,7 @@ using RingBeside = Swing<Quantity::input, PointerPart::imaginary>;
 /// parameters (`fields`), what it looks at, whether it goes on beyond the region that was seen (it is linear in the
 /// motion, or a law of few numbers), and its value. The concepts below tell whether it remembers.
 using Basis =
-    std::variant<BumpPosition, BumpVelocity, SignVelocity, BumpInput, SignInput, BumpTime, BumpState, PositionDrag,
+    std::variant<RbfPosition, RbfVelocity, SignVelocity, RbfInput, SignInput, RbfTime, RbfState, PositionDrag,
                  PositionDry, PositionGain, VelocityGain, TimeGain, TimeDrag, PowerPosition, PowerVelocity, PowerInput,
                  PowerDrag, PowerDry, PowerGain, HingeVelocity, HingeInput, LateInput, LateVelocity, LatePosition, Slew,
                  PastInput, PastVelocity, LatePush, LateDrag, WarmViscous, WarmDry, WarmMotor, Play, Relay,

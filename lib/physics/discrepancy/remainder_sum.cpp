@@ -34,7 +34,7 @@ auto mapped(const Remainder::Memory& memory, std::size_t first, Eigen::Index cou
 }
 
 /// exp(-(x - centre)^2 / (2 width^2)) of each of a batch, while it lives.
-auto bells(const auto& batch, double x) { return (-0.5 * ((x - batch.centre) * batch.per_width).square()).exp(); }
+auto rbfs(const auto& batch, double x) { return (-0.5 * ((x - batch.centre) * batch.per_width).square()).exp(); }
 
 }  // namespace
 
@@ -77,7 +77,7 @@ JointVector RemainderSum::torque(const Remainder::Memory& memory, const JointVec
           if constexpr (BellBasis<B> && RememberingBasis<B>) {
             sum = (mapped(memory, batch.first, batch.weight.size()).real() * batch.weight).sum();
           } else if constexpr (BellBasis<B>) {
-            sum = first.beside(at) * (bells(batch, chosen<B::kOver>(at)) * batch.weight).sum();
+            sum = first.beside(at) * (rbfs(batch, chosen<B::kOver>(at)) * batch.weight).sum();
           } else {
             for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
               const B& form = *std::get_if<B>(&terms_[i].basis);
@@ -106,7 +106,7 @@ void RemainderSum::advance(Remainder::Memory& memory, const JointVector& q, cons
             if constexpr (BellBasis<B>) {
               const double part = -std::expm1(-h / first.time_constant);
               auto held = mapped(memory, batch.first, batch.weight.size()).real();
-              held += part * (bells(batch, chosen<B::kOver>(at)) - held);
+              held += part * (rbfs(batch, chosen<B::kOver>(at)) - held);
             } else {
               for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
                 memory[i] = std::get_if<B>(&terms_[i].basis)->after(memory_of<B>(memory[i]), at, h);

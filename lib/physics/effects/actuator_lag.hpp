@@ -19,7 +19,7 @@ struct ActuatorLag {
 
   double lag() const { return time_constant; }
 
-  static std::vector<Shape<ActuatorLag>> shapes(const Survey& /*s*/) {
+  static std::vector<Shape<ActuatorLag>> shapes(const OperatingRange& /*s*/) {
     std::vector<Shape<ActuatorLag>> list;
     for (const double tried : spread(0.001, 0.5, 14)) list.push_back({{{tried}}, 1});
     return list;

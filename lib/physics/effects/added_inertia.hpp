@@ -17,7 +17,7 @@ struct AddedInertia {
 
   double added_inertia() const { return inertia; }
 
-  static std::vector<Shape<AddedInertia>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<AddedInertia>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static AddedInertia combined(const Shape<AddedInertia>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static AddedInertia drawn(auto&& /*uniform*/, const DrawScales& s) {
     return {s.strength * s.torque / (10.0 * s.range)};

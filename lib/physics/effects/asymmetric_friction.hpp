@@ -28,7 +28,9 @@ struct AsymmetricFriction {
     return {{law.coefficient, law.coefficient}};
   }
 
-  static std::vector<Shape<AsymmetricFriction>> shapes(const Survey& /*s*/) { return {{{{1.0, 0.0}, {0.0, 1.0}}, 1}}; }
+  static std::vector<Shape<AsymmetricFriction>> shapes(const OperatingRange& /*s*/) {
+    return {{{{1.0, 0.0}, {0.0, 1.0}}, 1}};
+  }
   static AsymmetricFriction combined(const Shape<AsymmetricFriction>& /*shape*/, std::span<const double> c) {
     return {c[0], c[1]};
   }

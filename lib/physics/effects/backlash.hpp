@@ -20,7 +20,7 @@ struct Backlash {
   /// Output after the input moves to u, `before` being the output so far.
   double follow(double u, double before) const { return std::clamp(before, u - width, u + width); }
 
-  static std::vector<Shape<Backlash>> shapes(const Survey& s) {
+  static std::vector<Shape<Backlash>> shapes(const OperatingRange& s) {
     std::vector<Shape<Backlash>> list;
     for (const double tried : spread(0.003 * s.input, 0.9 * s.input, 14)) list.push_back({{{tried}}, 1});
     return list;

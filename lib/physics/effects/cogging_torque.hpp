@@ -32,7 +32,7 @@ struct CoggingTorque {
   double torque_at(const JointState& s) const { return amplitude * std::sin(order * s.position + phase); }
 
   /// Neighbouring orders differ by less than a radian of phase over the range of positions.
-  static std::vector<Shape<CoggingTorque>> shapes(const Survey& s) {
+  static std::vector<Shape<CoggingTorque>> shapes(const OperatingRange& s) {
     std::vector<Shape<CoggingTorque>> list;
     const double step = std::clamp(1.2 / std::max(s.highest - s.lowest, 1e-6), 0.1, 1.0);
     for (int i = 0; 2.0 + i * step <= 30.0 + 1e-9; ++i) {

@@ -16,7 +16,7 @@ struct ConstantBias {
 
   double torque_at(const JointState& /*s*/) const { return torque; }
 
-  static std::vector<Shape<ConstantBias>> shapes(const Survey& /*s*/) { return {{{{1.0}}}}; }
+  static std::vector<Shape<ConstantBias>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}}}; }
   static ConstantBias combined(const Shape<ConstantBias>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static ConstantBias drawn(auto&& uniform, const DrawScales& s) {
     return {drawn_sign(uniform) * s.strength * s.torque};

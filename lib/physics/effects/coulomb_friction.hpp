@@ -22,7 +22,7 @@ struct CoulombFriction {
 
   CoulombFriction scaled(double by) const { return {by * level}; }
 
-  static std::vector<Shape<CoulombFriction>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<CoulombFriction>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static CoulombFriction combined(const Shape<CoulombFriction>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static CoulombFriction drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.torque}; }
 

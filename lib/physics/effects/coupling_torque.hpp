@@ -19,7 +19,7 @@ struct CouplingTorque {
 
   double torque_at(const JointState& s) const { return -stiffness * (s.position - s.neighbour); }
 
-  static std::vector<Shape<CouplingTorque>> shapes(const Survey& s) {
+  static std::vector<Shape<CouplingTorque>> shapes(const OperatingRange& s) {
     if (s.joints < kLeastJoints) return {};
     return {{{{1.0}}, 1}};
   }

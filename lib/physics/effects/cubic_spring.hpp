@@ -18,7 +18,7 @@ struct CubicSpring {
 
   double torque_at(const JointState& s) const { return -stiffness * s.position * s.position * s.position; }
 
-  static std::vector<Shape<CubicSpring>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<CubicSpring>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static CubicSpring combined(const Shape<CubicSpring>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static CubicSpring drawn(auto&& /*uniform*/, const DrawScales& s) {
     return {s.strength * s.torque / (s.range * s.range * s.range)};

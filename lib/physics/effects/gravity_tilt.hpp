@@ -22,10 +22,12 @@ struct GravityTilt {
   double tilt() const { return angle; }
 
   /// Of a pendulum the same is measured through a sensor that is off by as much the other way.
-  SensorOffset twin() const { return {-angle}; }
-  static GravityTilt twin_of(const SensorOffset& other) { return {-other.angle}; }
+  SensorOffset equivalent() const { return {-angle}; }
+  static GravityTilt equivalent_of(const SensorOffset& other) { return {-other.angle}; }
 
-  static std::vector<Shape<GravityTilt>> shapes(const Survey& /*s*/) { return {{{{0.01}}, 0, -1, -50.0, 50.0}}; }
+  static std::vector<Shape<GravityTilt>> shapes(const OperatingRange& /*s*/) {
+    return {{{{0.01}}, 0, -1, -50.0, 50.0}};
+  }
   static GravityTilt combined(const Shape<GravityTilt>& shape, std::span<const double> c) {
     return {c[0] * shape.members[0].angle};
   }

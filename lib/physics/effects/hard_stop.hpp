@@ -29,7 +29,7 @@ struct HardStop {
     return inside ? -stiffness * depth - damping * s.velocity : 0.0;
   }
 
-  static std::vector<Shape<HardStop>> shapes(const Survey& s) {
+  static std::vector<Shape<HardStop>> shapes(const OperatingRange& s) {
     constexpr int kPlaces = 14;
     std::vector<Shape<HardStop>> list;
     const auto add = [&](double from, double to) {

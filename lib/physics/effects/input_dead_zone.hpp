@@ -19,7 +19,7 @@ struct InputDeadZone {
 
   double transform(double u) const { return std::copysign(std::max(std::abs(u) - width, 0.0), u); }
 
-  static std::vector<Shape<InputDeadZone>> shapes(const Survey& s) {
+  static std::vector<Shape<InputDeadZone>> shapes(const OperatingRange& s) {
     std::vector<Shape<InputDeadZone>> list;
     for (const double tried : spread(0.003 * s.input, 0.9 * s.input, 14)) list.push_back({{{tried}}, 1});
     return list;

@@ -24,7 +24,7 @@ struct InputDelay {
 
   double delay_time() const { return delay; }
 
-  static std::vector<Shape<InputDelay>> shapes(const Survey& s) {
+  static std::vector<Shape<InputDelay>> shapes(const OperatingRange& s) {
     std::vector<Shape<InputDelay>> list;
     for (const double tried : spread(0.2 * s.period, 0.2, 16)) list.push_back({{{tried}}, 1});
     return list;

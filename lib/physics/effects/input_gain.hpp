@@ -18,7 +18,7 @@ struct InputGain {
   double transform(double u) const { return gain * u; }
   double slope() const { return gain; }  // the same for every u
 
-  static std::vector<Shape<InputGain>> shapes(const Survey& /*s*/) { return {{{{2.0}}, 0, -1, -0.8, 4.0}}; }
+  static std::vector<Shape<InputGain>> shapes(const OperatingRange& /*s*/) { return {{{{2.0}}, 0, -1, -0.8, 4.0}}; }
   static InputGain combined(const Shape<InputGain>& /*shape*/, std::span<const double> c) { return {1.0 + c[0]}; }
   static InputGain drawn(auto&& uniform, const DrawScales& s) {
     return {drawn_sign(uniform) < 0.0 ? 1.0 / (1.0 + s.strength) : 1.0 + s.strength};

@@ -19,7 +19,7 @@ struct InputSaturation {
 
   double transform(double u) const { return std::clamp(u, -limit, limit); }
 
-  static std::vector<Shape<InputSaturation>> shapes(const Survey& s) {
+  static std::vector<Shape<InputSaturation>> shapes(const OperatingRange& s) {
     std::vector<Shape<InputSaturation>> list;
     for (int i = 0; i < 20; ++i) list.push_back({{{s.input * (0.99 - 0.04 * i)}}, 1});
     return s.input > 0.0 ? list : std::vector<Shape<InputSaturation>>{};

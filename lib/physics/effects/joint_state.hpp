@@ -26,7 +26,7 @@ struct JointState {
 inline int neighbour_of(int joint, int joints) { return joint + 1 < joints ? joint + 1 : joints > 1 ? joint - 1 : 0; }
 
 /// The region that recordings visit in one joint: where the parameters of an effect can be looked for.
-struct Survey {
+struct OperatingRange {
   double lowest = 0.0, highest = 0.0;  // position
   double speed = 0.0;                  // largest |velocity|
   double input = 0.0;                  // largest |u|

@@ -18,7 +18,7 @@ struct LinearSpring {
 
   double torque_at(const JointState& s) const { return -stiffness * s.position; }
 
-  static std::vector<Shape<LinearSpring>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<LinearSpring>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static LinearSpring combined(const Shape<LinearSpring>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static LinearSpring drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.torque / s.range}; }
 

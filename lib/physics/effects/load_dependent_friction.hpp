@@ -24,7 +24,7 @@ struct LoadDependentFriction {
   double sliding(const JointState& s) const { return k * std::abs(s.motor_torque - s.external_torque); }
   double holding(const JointState& s) const { return sliding(s); }
 
-  static std::vector<Shape<LoadDependentFriction>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<LoadDependentFriction>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static LoadDependentFriction combined(const Shape<LoadDependentFriction>& /*shape*/, std::span<const double> c) {
     return {c[0]};
   }

@@ -35,7 +35,7 @@ struct PeriodicDisturbance {
   double torque_at(const JointState& s) const { return amplitude * std::sin(frequency * s.time + phase); }
 
   /// Neighbouring frequencies differ by less than a radian and a half of phase over the longest recording.
-  static std::vector<Shape<PeriodicDisturbance>> shapes(const Survey& s) {
+  static std::vector<Shape<PeriodicDisturbance>> shapes(const OperatingRange& s) {
     std::vector<Shape<PeriodicDisturbance>> list;
     const double longest = *std::max_element(s.durations.begin(), s.durations.end());
     const double step = 1.6 / longest, last = std::min(0.9 * std::numbers::pi / s.period, kHighest);

@@ -25,7 +25,7 @@ struct PositionDependentFriction {
   /// Drag that the plant must have itself, for the sum to be friction everywhere.
   double least_drag() const { return amplitude; }
 
-  static std::vector<Shape<PositionDependentFriction>> shapes(const Survey& /*s*/) {
+  static std::vector<Shape<PositionDependentFriction>> shapes(const OperatingRange& /*s*/) {
     return {{{{1.0, 0.0}, {1.0, std::numbers::pi / 2.0}}}};
   }
   static PositionDependentFriction combined(const Shape<PositionDependentFriction>& /*shape*/,

@@ -40,7 +40,7 @@ struct PreslidingHysteresis {
     return {{law.level / 0.03, law.level}, {law.level / 0.003, law.level}};
   }
 
-  static std::vector<Shape<PreslidingHysteresis>> shapes(const Survey& s) {
+  static std::vector<Shape<PreslidingHysteresis>> shapes(const OperatingRange& s) {
     std::vector<Shape<PreslidingHysteresis>> list;
     const double range = s.highest - s.lowest;
     for (const double yield : spread(3e-4 * range, range, 12)) list.push_back({{{1.0 / yield, 1.0}}, 1});

@@ -17,7 +17,7 @@ struct QuadraticDrag {
 
   double torque_at(const JointState& s) const { return -coefficient * s.velocity * std::abs(s.velocity); }
 
-  static std::vector<Shape<QuadraticDrag>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<QuadraticDrag>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static QuadraticDrag combined(const Shape<QuadraticDrag>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static QuadraticDrag drawn(auto&& /*uniform*/, const DrawScales& s) {
     return {s.strength * s.torque / (s.speed * s.speed)};

@@ -20,7 +20,7 @@ struct SensorOffset {
 
   double measured(double position) const { return position + angle; }
 
-  static std::vector<Shape<SensorOffset>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 0, -1, -0.5, 0.5}}; }
+  static std::vector<Shape<SensorOffset>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 0, -1, -0.5, 0.5}}; }
   static SensorOffset combined(const Shape<SensorOffset>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static SensorOffset drawn(auto&& uniform, const DrawScales& s) {
     return {drawn_sign(uniform) * std::min(s.strength, 0.5)};

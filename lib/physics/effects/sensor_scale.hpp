@@ -20,10 +20,10 @@ struct SensorScale {
   double measured(double position) const { return scale * position; }
 
   /// Of a mass the same is measured behind a motor that is stronger by as much.
-  InputGain twin() const { return {scale}; }
-  static SensorScale twin_of(const InputGain& other) { return {other.gain}; }
+  InputGain equivalent() const { return {scale}; }
+  static SensorScale equivalent_of(const InputGain& other) { return {other.gain}; }
 
-  static std::vector<Shape<SensorScale>> shapes(const Survey& /*s*/) { return {{{{2.0}}, 0, -1, -0.3, 0.4}}; }
+  static std::vector<Shape<SensorScale>> shapes(const OperatingRange& /*s*/) { return {{{{2.0}}, 0, -1, -0.3, 0.4}}; }
   static SensorScale combined(const Shape<SensorScale>& /*shape*/, std::span<const double> c) { return {1.0 + c[0]}; }
   static SensorScale drawn(auto&& uniform, const DrawScales& s) {
     const double error = std::min(s.strength, 0.4);

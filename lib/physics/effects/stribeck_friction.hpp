@@ -50,7 +50,7 @@ struct StribeckFriction {
     return {{law.level, 1.6 * law.level, 0.03}, {law.level, 1.6 * law.level, 0.1}, {law.level, 1.6 * law.level, 0.3}};
   }
 
-  static std::vector<Shape<StribeckFriction>> shapes(const Survey& s) {
+  static std::vector<Shape<StribeckFriction>> shapes(const OperatingRange& s) {
     std::vector<Shape<StribeckFriction>> list;
     for (const double knee : spread(0.01, std::min(1.0, s.speed), 10)) {
       list.push_back({{{1.0, 1.0, knee}, {0.0, 1.0, knee}}, 1});

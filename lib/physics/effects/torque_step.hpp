@@ -32,7 +32,7 @@ struct TorqueStep {
   double torque_at(const JointState& s) const { return s.time >= time ? torque : 0.0; }
   double switch_time() const { return time; }
 
-  static std::vector<Shape<TorqueStep>> shapes(const Survey& s) {
+  static std::vector<Shape<TorqueStep>> shapes(const OperatingRange& s) {
     std::vector<Shape<TorqueStep>> list;
     for (std::size_t r = 0; r < s.durations.size(); ++r) {
       const double length = s.durations[r], step = std::max(0.1, length / 200.0);

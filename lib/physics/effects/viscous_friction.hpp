@@ -17,7 +17,7 @@ struct ViscousFriction {
 
   double torque_at(const JointState& s) const { return -coefficient * s.velocity; }
 
-  static std::vector<Shape<ViscousFriction>> shapes(const Survey& /*s*/) { return {{{{1.0}}, 1}}; }
+  static std::vector<Shape<ViscousFriction>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }
   static ViscousFriction combined(const Shape<ViscousFriction>& /*shape*/, std::span<const double> c) { return {c[0]}; }
   static ViscousFriction drawn(auto&& /*uniform*/, const DrawScales& s) { return {s.strength * s.torque / s.speed}; }
 

@@ -23,7 +23,7 @@ Machine::Load<kJoints> Machine::load(const StateOf<kJoints>& state, const Joints
   for (int j = 0; j < kJoints; ++j) result.external[j] += spring_torque(effects_, j, state.q[j]);
   if (std::holds_alternative<Custom>(plant_)) {  // the input is no torque: what it adds to M q'' is
     const MotionOf<kJoints> idle = motion_of<kJoints>(plant_, state.q, state.v, Joints<kJoints>::Zero(), t);
-    result.motor = moving<kJoints>(driven.mobility, driven.acceleration - idle.acceleration);
+    result.motor = inverse_dynamics<kJoints>(driven.mobility, driven.acceleration - idle.acceleration);
   }
   return result;
 }
@@ -179,7 +179,7 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
         if (stuck(j)) system(i, j) = mobility(i, j);
       }
     }
-    held = moving<kJoints>(system, held);
+    held = inverse_dynamics<kJoints>(system, held);
     result = moved_by<kJoints>(result, mobility, held);
     for (int j = 0; j < kJoints; ++j) {
       if (stuck(j)) result[j] = 0.0;

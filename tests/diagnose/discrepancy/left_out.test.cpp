@@ -43,10 +43,10 @@ TEST_CASE("What is left of every fold is what a model learnt from the other rows
       CHECK(left_out.weights(prior, f).isApprox(weights, 1e-9));
       squares += (Eigen::VectorXd::Ones(kRows) - kept).cwiseProduct(target - used * weights).squaredNorm();
     }
-    CHECK(left_out.squares(prior) == Approx(squares).epsilon(1e-9));
-    CHECK(left_out.all() == Approx(target.squaredNorm()));
+    CHECK(left_out.sse(prior) == Approx(squares).epsilon(1e-9));
+    CHECK(left_out.target_sse() == Approx(target.squaredNorm()));
     prior.deviations.setConstant(1e-9);
-    CHECK(left_out.squares(prior) == Approx(target.squaredNorm()));
+    CHECK(left_out.sse(prior) == Approx(target.squaredNorm()));
   }
 }
 

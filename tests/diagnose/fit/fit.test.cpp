@@ -12,21 +12,22 @@ using testing::kPendulum, testing::record, testing::whole_catalogue;
 
 namespace {
 
-/// Of recordings of a machine with a set of effects, the set or its twin is most probable, by less than so many `nats`.
-void check_twins_are_said(const Plant& plant, const std::vector<Effect>& set, double nats) {
-  const std::vector<std::vector<Effect>> others = twins(set);
+/// Of recordings of a machine with a set of effects, the set or its equivalent is most probable, by less than so many
+/// `nats`.
+void check_equivalents_are_said(const Plant& plant, const std::vector<Effect>& set, double nats) {
+  const std::vector<std::vector<Effect>> others = equivalents(set);
   REQUIRE(others.size() == 1);
   const Machine machine(plant, set);
   const std::vector<Measured> data{record(machine, -1.0, 91), record(machine, -1.0, 92)};
   const Explanation found = explain(plant, data, {whole_catalogue(), {}});
-  double said = -kInfinity, twin = -kInfinity;
+  double said = -kInfinity, equivalent = -kInfinity;
   for (const Candidate& candidate : found.candidates) {
     if (key(candidate.fit.effects) == key(set)) said = candidate.fit.log_evidence;
-    if (key(candidate.fit.effects) == key(others[0])) twin = candidate.fit.log_evidence;
+    if (key(candidate.fit.effects) == key(others[0])) equivalent = candidate.fit.log_evidence;
   }
-  CAPTURE(key(set), key(found.best().fit.effects), said, twin);
-  CHECK(std::abs(said - twin) < nats);
-  CHECK(std::max(said, twin) == found.best().fit.log_evidence);
+  CAPTURE(key(set), key(found.best().fit.effects), said, equivalent);
+  CHECK(std::abs(said - equivalent) < nats);
+  CHECK(std::max(said, equivalent) == found.best().fit.log_evidence);
 }
 
 }  // namespace
@@ -80,7 +81,7 @@ TEST_CASE("Among finalists a larger set fits no worse than the sets that it cont
       for (std::size_t drop = 0; drop < larger.fit.effects.size(); ++drop) {
         if (key(without(larger.fit.effects, drop)) != key(smaller.fit.effects)) continue;
         INFO(key(larger.fit.effects) << "beside " << key(smaller.fit.effects));
-        CHECK(larger.fit.squares < smaller.fit.squares + 2.0);
+        CHECK(larger.fit.sse < smaller.fit.sse + 2.0);
         ++compared;
       }
     }
@@ -100,19 +101,20 @@ TEST_CASE("A law twice, or beside one that contains it, is no set of its own", "
   CHECK_FALSE(redundant({{TorqueStep{0.1, 2.0}, 0, 0}, {TorqueStep{0.1, 2.0}, 0, 1}}));
 }
 
-TEST_CASE("A tilt and an offset of the sensor are twins: the same is measured of a pendulum, and both are said",
+TEST_CASE("A tilt and an offset of the sensor are equivalents: the same is measured of a pendulum, and both are said",
           "[diagnose][fit][slow]") {
   const EffectForm form = GENERATE(EffectForm(GravityTilt{-0.05}), EffectForm(SensorOffset{0.05}));
   const std::vector<Effect> set{{StribeckFriction{0.07, 0.12, 0.09}, 0, -1}, {form, 0, -1}};
-  REQUIRE(twins(set).size() == 1);
-  CHECK(twins(twins(set)[0]) == std::vector<std::vector<Effect>>{set});
-  check_twins_are_said(kPendulum, set, 1.0);
+  REQUIRE(equivalents(set).size() == 1);
+  CHECK(equivalents(equivalents(set)[0]) == std::vector<std::vector<Effect>>{set});
+  check_equivalents_are_said(kPendulum, set, 1.0);
 }
 
-TEST_CASE("A gain of the input and a scale of the sensor are twins: the same is measured of a mass, and both are said",
-          "[diagnose][fit][slow]") {
+TEST_CASE(
+    "A gain of the input and a scale of the sensor are equivalents: the same is measured of a mass, and both are said",
+    "[diagnose][fit][slow]") {
   const EffectForm form = GENERATE(EffectForm(InputGain{0.72}), EffectForm(SensorScale{1.3}));
-  check_twins_are_said(Mass{.mass = 1.4, .friction = 0.8}, {{Backlash{0.2}, 0, -1}, {form, 0, -1}}, 3.0);
+  check_equivalents_are_said(Mass{.mass = 1.4, .friction = 0.8}, {{Backlash{0.2}, 0, -1}, {form, 0, -1}}, 3.0);
 }
 
 TEST_CASE("Starts are handed down from sets that contain one another, and from no others", "[diagnose][fit]") {
@@ -156,7 +158,7 @@ TEST_CASE("A catalogue of which nothing can act leaves the nominal alone", "[dia
   CHECK(found.p_value(found.best().fit) < 1e-6);
 }
 
-TEST_CASE("A fit's evidence is a number though its parameters do the same, and none where slopes are none",
+TEST_CASE("A fit's evidence is a number though its parameters do the same, and none where jacobian are none",
           "[diagnose][fit]") {
   const Machine machine(kPendulum, {{CoulombFriction{0.3}, 0, -1}, {ViscousFriction{0.2}, 0, -1}});
   const std::vector<Measured> data{record(machine, -1.0, 5)};
@@ -165,16 +167,16 @@ TEST_CASE("A fit's evidence is a number though its parameters do the same, and n
   const FitProblem problem = problem_about(*found.measured, found, data, options);
   Fit fit = found.best().fit;
   REQUIRE(fit.unknowns.size() == 2);
-  Eigen::MatrixXd slopes(fit.residual.size(), 2);
-  slopes.col(0) = Eigen::VectorXd::LinSpaced(slopes.rows(), -1.0, 1.3);
-  slopes.col(1) = slopes.col(0) * 0.7;
+  Eigen::MatrixXd jacobian(fit.residual.size(), 2);
+  jacobian.col(0) = Eigen::VectorXd::LinSpaced(jacobian.rows(), -1.0, 1.3);
+  jacobian.col(1) = jacobian.col(0) * 0.7;
   for (const double size : {1.0, 1e6, 1e9, 1e12}) {
     INFO(size);
-    weigh(problem, fit, size * slopes);
+    weigh(problem, fit, size * jacobian);
     CHECK(std::isfinite(fit.log_evidence));
   }
-  slopes(0, 0) = std::nan("");
-  weigh(problem, fit, slopes);
+  jacobian(0, 0) = std::nan("");
+  weigh(problem, fit, jacobian);
   CHECK(fit.log_evidence == -kInfinity);
 }
 
@@ -211,10 +213,10 @@ TEST_CASE("A window that begins far from where the machine was is found again", 
   const Explanation found = explain(kPendulum, data, options);
   const FitProblem problem = problem_about(*found.linearisation, found, data, options);
   const Fit& best = found.best().fit;
-  std::vector<WindowStart> starts = best.starts;
+  std::vector<SegmentState> starts = best.initial_states;
   starts[2].head(2) += StateVector{{position, velocity}};
-  REQUIRE(squares_at(problem, best.effects, starts) > 100.0 * best.squares);
-  CHECK(fit(problem, best.effects, starts).squares < best.squares + 1.0);
+  REQUIRE(sse_at(problem, best.effects, starts) > 100.0 * best.sse);
+  CHECK(fit(problem, best.effects, starts).sse < best.sse + 1.0);
 }
 
 TEST_CASE("A free parameter of the user's machine may have any name, also one that an effect has", "[diagnose][fit]") {
@@ -237,7 +239,7 @@ TEST_CASE("Bounds, priors and steps of a fit are those that the effects declare"
     }
     throw std::invalid_argument("no such parameter");
   };
-  const Survey s = survey(data, paths, 0);
+  const OperatingRange s = operating_range(data, paths, 0);
   const double longest = data[0].time.back();
   const Unknown at_rest = of(StribeckFriction{0.2, 0.3, 0.1}, "static");
   CHECK(at_rest.prior_mean == 0.2);

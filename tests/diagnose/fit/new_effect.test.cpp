@@ -37,7 +37,7 @@ struct FadingTorque {
     return {(s.motor_torque - z[0]) / time_constant, (z[0] - z[1]) / time_constant};
   }
 
-  static std::vector<Shape<FadingTorque>> shapes(const Survey& /*s*/) {
+  static std::vector<Shape<FadingTorque>> shapes(const OperatingRange& /*s*/) {
     std::vector<Shape<FadingTorque>> list;
     for (const double tried : spread(0.05, 2.0, 60)) list.push_back({{{1.0, tried}}, 1});
     return list;
@@ -93,7 +93,7 @@ TEST_CASE("An effect of its own file is recognised by its role, and listed with 
   STATIC_REQUIRE(LoadedEffect<FadingTorque>);
   STATIC_REQUIRE(kRoles<FadingTorque> == 1);
   STATIC_REQUIRE(hidden_count<FadingTorque>() == 2);
-  STATIC_REQUIRE_FALSE(have_roles(static_cast<const std::variant<FadingTorque, Survey>*>(nullptr)));
+  STATIC_REQUIRE_FALSE(have_roles(static_cast<const std::variant<FadingTorque, OperatingRange>*>(nullptr)));
   CHECK(channel_of<FadingTorque>() == "drift");
   std::vector<std::string_view> names;
   FadingTorque form;
@@ -175,21 +175,21 @@ TEST_CASE("An effect of its own file is found beside the whole catalogue", "[dia
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(1, kPendulumNoise);
   const std::vector<Trajectory> paths = smooth_all(kPendulum, data, noise);
   const LinearResponse response(kPendulum, data, paths, noise, windows(data, 2.0));
-  const Excitation excitation(kPendulum, data, paths);
+  const Forcing forcing(kPendulum, data, paths);
 
-  Dictionary dictionary = make_dictionary(response, excitation, whole_catalogue());
-  const std::vector<Shape<FadingTorque>> shapes = FadingTorque::shapes(survey(data, paths, 0));
+  Dictionary dictionary = make_dictionary(response, forcing, whole_catalogue());
+  const std::vector<Shape<FadingTorque>> shapes = FadingTorque::shapes(operating_range(data, paths, 0));
   const int first = static_cast<int>(dictionary.suspects.size());
   dictionary.suspects.push_back({std::variant_size_v<EffectForm>, 0, {}});
   for (const Shape<FadingTorque>& shape : shapes) {
     const auto torque_at = hidden_torque(shape.members[0], 0.01);
     Eigen::VectorXd torque = Eigen::VectorXd::Zero(1200);
     for (Eigen::Index k = 0; k + 1 < 1200; ++k) torque[k] = torque_at({.motor_torque = recorded.input(k, 0)});
-    const Eigen::MatrixXd a = excitation.acceleration(torque, 0, 0);
+    const Eigen::MatrixXd a = forcing.acceleration(torque, 0, 0);
     const Eigen::Index column = dictionary.columns.cols();
     dictionary.columns.conservativeResize(Eigen::NoChange, column + 1);
     dictionary.scale.conservativeResize(column + 1);
-    dictionary.scale[column] = kPriorShare * excitation.nominal_acceleration() / std::sqrt(a.squaredNorm() / 1200.0);
+    dictionary.scale[column] = kPriorShare * forcing.nominal_acceleration() / std::sqrt(a.squaredNorm() / 1200.0);
     dictionary.columns.col(column) = dictionary.scale[column] * response.responses({a.transpose().reshaped()});
     dictionary.suspects.back().atoms.push_back({{static_cast<int>(column)}, shape.sign, shape.low, shape.high, {}});
   }

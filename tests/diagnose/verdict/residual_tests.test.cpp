@@ -23,8 +23,9 @@ Tested test(const std::vector<Measured>& data) {
   const Explanation found = explain(kPendulum, data, options);
   const Linearisation& about = *found.linearisation;
   const FitProblem problem = problem_about(about, found, data, options);
-  const std::vector<ResidualTests> results = residual_tests(
-      about, data, found.noise, {rests(problem, found.without_effects().fit), rests(problem, found.best().fit)});
+  const std::vector<ResidualTests> results =
+      residual_tests(about, data, found.noise,
+                     {residuals(problem, found.without_effects().fit), residuals(problem, found.best().fit)});
   return {results[0], results[1]};
 }
 

@@ -43,7 +43,7 @@ TEST_CASE("Beyond what it has seen a remainder of one cause goes on constant, of
   };
   const Term drag{SignVelocity{0.5}, 0, -1, 3.0};
   const Term amplifier{PastInput{.centre = 1.0, .width = 0.5, .time_constant = 0.3}, 0, -1, 3.0};
-  const Term magnet{BumpPosition{.centre = 0.8, .width = 0.4}, 0, -1, 3.0};
+  const Term magnet{RbfPosition{.centre = 0.8, .width = 0.4}, 0, -1, 3.0};
   CHECK(torque({drag}, 0.0, 5.0, 0.0) == torque({drag}, 0.0, 2.0, 0.0));
   CHECK(torque({drag}, 30.0, 1.0, 9.0) == torque({drag}, 0.0, 1.0, 0.0));
   CHECK(torque({amplifier}, 30.0, 9.0, 7.0) == torque({amplifier}, 0.0, 0.0, 1.5));
@@ -76,7 +76,7 @@ TEST_CASE("A law of few numbers goes on beyond what was seen, up to the largest 
   CHECK(torque({below}, 0.0, 0.0, 3.0, 1e300) == 0.0);
   CHECK(torque({odd}, 0.0, -4.0, 0.0, 5.0) == 5.0);
   // Beside what fades it goes on alone.
-  const Term magnet{BumpPosition{.centre = 0.8, .width = 0.4}, 0, -1, 3.0};
+  const Term magnet{RbfPosition{.centre = 0.8, .width = 0.4}, 0, -1, 3.0};
   CHECK(torque({magnet, odd}, 4.0, -4.0, 0.0, 1e300) == Approx(8.0));
 }
 

@@ -5,7 +5,7 @@
 namespace bayesctrl {
 
 /// What stands in for physics that no catalogue has: a model with a remainder that predicts recordings best.
-struct StandIn {
+struct SelectedDiscrepancy {
   Fit fit;                            // nominal, or with the effects of the best explanation
   Remainder remainder;                // beside it; may be empty
   Discrepancy::Dependence remaining;  // what that which `fit` leaves depends on
@@ -16,12 +16,14 @@ struct StandIn {
 /// recordings best that were left out when it was learnt. `discrepancy` is about `explanation.measured`, `about_best`
 /// about `explanation.linearisation`; `target`: rows of the former that are to be explained; `motion`: smoothed
 /// recordings.
-StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Discrepancy& about_best,
-                 const Eigen::VectorXd& target, const std::vector<Measured>& data,
-                 const std::vector<Trajectory>& motion, double horizon);
+SelectedDiscrepancy select_discrepancy(const Explanation& explanation, const Discrepancy& discrepancy,
+                                       const Discrepancy& about_best, const Eigen::VectorXd& target,
+                                       const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
+                                       double horizon);
 
 /// The same beside the best explanation alone: its remainder, empty where it predicts nothing.
-StandIn beside_best(const Explanation& explanation, const Discrepancy& about_best, const std::vector<Measured>& data,
-                    const std::vector<Trajectory>& motion, double horizon);
+SelectedDiscrepancy select_beside_best(const Explanation& explanation, const Discrepancy& about_best,
+                                       const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
+                                       double horizon);
 
 }  // namespace bayesctrl

@@ -1,4 +1,4 @@
-#include "diagnose/discrepancy/decline.hpp"
+#include "diagnose/discrepancy/selection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +51,7 @@ Discrepancy::Dependence judged(Discrepancy::Dependence on, const Shares& predict
 
 double penalty(const RemainderSearch::Basis& basis) {
   return kPerGroup * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
-         (basis.law ? 0.0 : kManyTerms);
+         (basis.parametric ? 0.0 : kManyTerms);
 }
 
 /// Keeps what predicts windows best that were left out. What is worse than the worst window of the first model counts
@@ -100,7 +100,7 @@ class Choice {
   }
 
   const std::vector<int>& folds() const { return folds_; }
-  const StandIn& best() const { return best_; }
+  const SelectedDiscrepancy& best() const { return best_; }
 
  private:
   /// Errors in free runs over the windows of one fold, RMS.
@@ -128,14 +128,15 @@ class Choice {
   double horizon_;
   double worst_ = 0.0;
   double lowest_ = kInfinity;
-  StandIn best_;
+  SelectedDiscrepancy best_;
 };
 
 }  // namespace
 
-StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy, const Discrepancy& about_best,
-                 const Eigen::VectorXd& target, const std::vector<Measured>& data,
-                 const std::vector<Trajectory>& motion, double horizon) {
+SelectedDiscrepancy select_discrepancy(const Explanation& explanation, const Discrepancy& discrepancy,
+                                       const Discrepancy& about_best, const Eigen::VectorXd& target,
+                                       const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
+                                       double horizon) {
   const Fit& best = explanation.best().fit;
   const Fit& nominal = explanation.without_effects().fit;
   Discrepancy::Dependence whole = discrepancy.dependence(target), beside = about_best.dependence(best.residual);
@@ -155,13 +156,14 @@ StandIn stand_in(const Explanation& explanation, const Discrepancy& discrepancy,
       choice.consider(best, beside, penalty(basis), [&](int out) { return more.remainder(basis, out); });
     }
   }
-  StandIn result = choice.best();
+  SelectedDiscrepancy result = choice.best();
   result.whole = whole;
   return result;
 }
 
-StandIn beside_best(const Explanation& explanation, const Discrepancy& about_best, const std::vector<Measured>& data,
-                    const std::vector<Trajectory>& motion, double horizon) {
+SelectedDiscrepancy select_beside_best(const Explanation& explanation, const Discrepancy& about_best,
+                                       const std::vector<Measured>& data, const std::vector<Trajectory>& motion,
+                                       double horizon) {
   const Fit& best = explanation.best().fit;
   const Discrepancy::Dependence beside = about_best.dependence(best.residual);
   Choice choice(explanation, folds_of(*explanation.linearisation->response, best.residual), data, motion, horizon);

@@ -1,7 +1,7 @@
 // Missing torques that are products of two causes, which no catalogue has: what stands in for them predicts fresh
 // recordings.
 
-#include "diagnose/discrepancy/decline.hpp"
+#include "diagnose/discrepancy/selection.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -36,8 +36,8 @@ Errors on_fresh(const Machine& machine, double strength) {
   for (const Measured& m : data) motion.push_back(smooth(kPendulum, m, found.noise, prior));
   for (const Measured& m : fresh) fresh_motion.push_back(smooth(kPendulum, m, found.noise, prior));
   const Discrepancy discrepancy(*found.measured, data), about_best(*found.linearisation, data);
-  const StandIn stands =
-      stand_in(found, discrepancy, about_best, found.measured->response->target(), data, motion, 1.0);
+  const SelectedDiscrepancy stands =
+      select_discrepancy(found, discrepancy, about_best, found.measured->response->target(), data, motion, 1.0);
   const auto error = [&](const Corrected& model) {
     return free_runs(model, fresh, fresh_motion, 1.0, true, found.max_step).rms;
   };

@@ -10,9 +10,9 @@ inline constexpr double kPriorShare = 0.2;
 
 /// What effects do along a known motion: the acceleration that each adds between neighbouring samples. Everything that
 /// does not depend on the effect is computed once.
-class Excitation {
+class Forcing {
  public:
-  Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths);
+  Forcing(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths);
 
   /// Mean acceleration from sample k to k + 1 in row k, joints in columns; zero where the effect does not act. Sensor
   /// effects accelerate nothing. Springs `beside` the effect load what rubs.
@@ -56,6 +56,6 @@ class Excitation {
 };
 
 /// The region that the motion visits in one joint.
-Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint);
+OperatingRange operating_range(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint);
 
 }  // namespace bayesctrl

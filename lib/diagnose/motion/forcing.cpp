@@ -1,4 +1,4 @@
-#include "diagnose/motion/excitation.hpp"
+#include "diagnose/motion/forcing.hpp"
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ double soft_sign(double v, double sd) {
 
 }  // namespace
 
-Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
+Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
     : plant_(plant), data_(data), paths_(paths), joints_(joints(plant)) {
   parts_ =
       static_cast<std::size_t>(std::clamp(std::round(shortest_sample_period(data_) / kPartOfStep), 1.0, kMostParts));
@@ -52,7 +52,7 @@ Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, co
         p.motor = p.u;
         if (std::holds_alternative<Custom>(plant_)) {
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
-          p.motor = moving<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
+          p.motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
         }
         list.push_back(std::move(p));
       }
@@ -69,8 +69,8 @@ Excitation::Excitation(const Plant& plant, const std::vector<Measured>& data, co
   nominal_acceleration_ = std::sqrt(squares / samples);
 }
 
-Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recording,
-                                         const std::vector<Effect>& beside) const {
+Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recording,
+                                      const std::vector<Effect>& beside) const {
   const Measured& m = data_[recording];
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
@@ -118,7 +118,7 @@ Eigen::MatrixXd Excitation::acceleration(const Effect& effect, std::size_t recor
 }
 
 /// By effects on the input of one joint.
-Eigen::MatrixXd Excitation::driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const {
+Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const {
   const Measured& m = data_[recording];
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
@@ -146,7 +146,7 @@ Eigen::MatrixXd Excitation::driven(const std::vector<Effect>& effects, int joint
   return result;
 }
 
-Eigen::MatrixXd Excitation::acceleration(const std::vector<Effect>& effects, std::size_t recording) const {
+Eigen::MatrixXd Forcing::acceleration(const std::vector<Effect>& effects, std::size_t recording) const {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
   std::array<std::vector<Effect>, kMaxJoints> on_input;
   for (const Effect& effect : effects) {
@@ -163,7 +163,7 @@ Eigen::MatrixXd Excitation::acceleration(const std::vector<Effect>& effects, std
   return result;
 }
 
-Eigen::MatrixXd Excitation::measured(const Effect& effect, std::size_t recording) const {
+Eigen::MatrixXd Forcing::measured(const Effect& effect, std::size_t recording) const {
   const Trajectory& path = paths_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(path.position.rows(), path.position.cols());
   std::visit(
@@ -179,7 +179,7 @@ Eigen::MatrixXd Excitation::measured(const Effect& effect, std::size_t recording
   return result;
 }
 
-Eigen::MatrixXd Excitation::acceleration(const Plant& other, std::size_t recording) const {
+Eigen::MatrixXd Forcing::acceleration(const Plant& other, std::size_t recording) const {
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -191,7 +191,7 @@ Eigen::MatrixXd Excitation::acceleration(const Plant& other, std::size_t recordi
   return result;
 }
 
-Eigen::MatrixXd Excitation::acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const {
+Eigen::MatrixXd Forcing::acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const {
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
   for (std::size_t i = parts_ / 2; i < points.size(); i += parts_) {
@@ -201,8 +201,8 @@ Eigen::MatrixXd Excitation::acceleration(const Eigen::VectorXd& torque, int join
   return result;
 }
 
-Survey survey(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint) {
-  Survey result;
+OperatingRange operating_range(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint) {
+  OperatingRange result;
   result.lowest = kInfinity;
   result.highest = -kInfinity;
   result.period = shortest_sample_period(data);

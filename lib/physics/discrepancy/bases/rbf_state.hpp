@@ -5,7 +5,7 @@
 namespace bayesctrl {
 
 /// exp(-(q - position)^2 / (2 position_width^2) - (v - velocity)^2 / (2 velocity_width^2)).
-struct BumpState {
+struct RbfState {
   static constexpr std::string_view kName = "bump_state";
   static constexpr std::string_view kText = "a bell curve over position and velocity";
   static constexpr Looks kLooks{.position = true, .velocity = true};
@@ -26,7 +26,7 @@ struct BumpState {
     return bell(at.position, position, position_width) * bell(at.velocity, velocity, velocity_width);
   }
 
-  bool operator==(const BumpState&) const = default;
+  bool operator==(const RbfState&) const = default;
 };
 
 }  // namespace bayesctrl

@@ -1,4 +1,4 @@
-#include "diagnose/fit/window_start.hpp"
+#include "diagnose/fit/segment_state.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -11,20 +11,20 @@ namespace {
 
 constexpr int kPieces = 4;            // of a step whose input is a straight line
 constexpr double kLittle = 1e-3;      // of the squares: no round that gains less is worth it
-constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the slopes promised: they hold further
+constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the jacobian promised: they hold further
 
 }  // namespace
 
-WindowStart first_start(const Segment& window, const Trajectory& path, const Machine& machine) {
+SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
   const Eigen::Index n = path.position.cols();
   const bool unknown = (machine.hidden_count() > 0 && window.after_gap) || (machine.has_lags() && window.opens);
-  WindowStart start = WindowStart::Zero(2 * n + (unknown ? machine.hidden_count() + n : 0));
+  SegmentState start = SegmentState::Zero(2 * n + (unknown ? machine.hidden_count() + n : 0));
   start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
   return start;
 }
 
-void hand_down(const WindowStart& found, int joint_count, WindowStart& start) {
+void hand_down(const SegmentState& found, int joint_count, SegmentState& start) {
   const Eigen::Index n = joint_count, states = 2 * n;
   start.head(states) = found.head(states);
   if (start.size() == states || found.size() == states) return;
@@ -32,7 +32,7 @@ void hand_down(const WindowStart& found, int joint_count, WindowStart& start) {
   if (start.size() == found.size()) start = found;
 }
 
-HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, HiddenStates known) {
+HiddenStates hidden_states_of(const SegmentState& start, const Segment& window, HiddenStates known) {
   const Eigen::Index n = known.lags.size();
   if (start.size() > 2 * n) {
     if (window.after_gap) known.effects = start.segment(2 * n, start.size() - 3 * n);
@@ -41,8 +41,8 @@ HiddenStates hidden_states_of(const WindowStart& start, const Segment& window, H
   return known;
 }
 
-WindowStart precision_of(const WindowStart& start, const Measured& data) {
-  WindowStart precision = WindowStart::Zero(start.size());
+SegmentState precision_of(const SegmentState& start, const Measured& data) {
+  SegmentState precision = SegmentState::Zero(start.size());
   const Eigen::Index n = data.input.cols();
   if (start.size() > 2 * n) {
     for (Eigen::Index j = 0; j < n; ++j) {
@@ -53,56 +53,56 @@ WindowStart precision_of(const WindowStart& start, const Measured& data) {
   return precision;
 }
 
-WindowStart weights_of(const WindowStart& precision, const Eigen::MatrixXd& rest) {
-  return precision * (rest.squaredNorm() / static_cast<double>(rest.size()));
+SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& residual) {
+  return precision * (residual.squaredNorm() / static_cast<double>(residual.size()));
 }
 
-WindowStart fit_start(const std::function<Eigen::MatrixXd(const WindowStart&)>& rest_of, WindowStart x, int rounds,
-                      const WindowStart& precision) {
-  Eigen::MatrixXd rest = rest_of(x), slopes(rest.size(), x.size());
+SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of, SegmentState x,
+                               int rounds, const SegmentState& precision) {
+  Eigen::MatrixXd residual = residual_of(x), jacobian(residual.size(), x.size());
   double damping = 1e-6;
-  bool slopes_hold = false;  // near enough those of the present start
+  bool jacobian_holds = false;  // near enough those of the present start
   for (int round = 0; round < rounds; ++round) {
-    for (Eigen::Index i = 0; i < x.size() && !slopes_hold; ++i) {
-      WindowStart moved = x;
-      moved[i] += kStartStep;
-      slopes.col(i) = ((rest - rest_of(moved)) / kStartStep).reshaped();
+    for (Eigen::Index i = 0; i < x.size() && !jacobian_holds; ++i) {
+      SegmentState moved = x;
+      moved[i] += kSegmentStateStep;
+      jacobian.col(i) = ((residual - residual_of(moved)) / kSegmentStateStep).reshaped();
     }
-    const WindowStart weight = weights_of(precision, rest);
-    const auto cost = [&](const Eigen::MatrixXd& left, const WindowStart& at) {
+    const SegmentState weight = weights_of(precision, residual);
+    const auto cost = [&](const Eigen::MatrixXd& left, const SegmentState& at) {
       return left.squaredNorm() + weight.dot(at.cwiseAbs2());
     };
-    Eigen::MatrixXd curvature = slopes.transpose() * slopes;
+    Eigen::MatrixXd curvature = jacobian.transpose() * jacobian;
     curvature.diagonal() += weight;
-    const Eigen::VectorXd gradient = slopes.transpose() * rest.reshaped() - weight.cwiseProduct(x);
-    const double before = cost(rest, x), largest = curvature.diagonal().maxCoeff();
+    const Eigen::VectorXd gradient = jacobian.transpose() * residual.reshaped() - weight.cwiseProduct(x);
+    const double before = cost(residual, x), largest = curvature.diagonal().maxCoeff();
     double gained = 0.0, promised = 0.0;
     for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
       Eigen::MatrixXd damped = curvature;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-14 * largest;
-      const WindowStart change = damped.ldlt().solve(gradient), next = x + change;
+      const SegmentState change = damped.ldlt().solve(gradient), next = x + change;
       promised = 2.0 * change.dot(gradient) - change.dot(curvature * change);
       if (promised <= kLittle * before) return x;
       Eigen::MatrixXd tried;
       try {
-        tried = rest_of(next);
+        tried = residual_of(next);
       } catch (const NumericalError&) {
         continue;
       }
       gained = before - cost(tried, next);
       if (gained > 0.0) {
         x = next;
-        rest = tried;
+        residual = tried;
         damping *= 0.1;
       }
-      if (slopes_hold) break;  // no use in shorter steps along old slopes
+      if (jacobian_holds) break;  // no use in shorter steps along an old Jacobian
     }
     if (gained <= kLittle * before) {
-      if (!slopes_hold || gained > 0.0) break;
-      slopes_hold = false;
+      if (!jacobian_holds || gained > 0.0) break;
+      jacobian_holds = false;
     } else {
-      slopes_hold = std::abs(gained - promised) < kAsPromised * promised;
+      jacobian_holds = std::abs(gained - promised) < kAsPromised * promised;
     }
   }
   return x;

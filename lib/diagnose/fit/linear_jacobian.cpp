@@ -1,4 +1,4 @@
-#include "diagnose/fit/linear_slopes.hpp"
+#include "diagnose/fit/linear_jacobian.hpp"
 
 #include <algorithm>
 
@@ -32,14 +32,13 @@ Influence influence(const FitProblem& problem, const Fit& fit) {
         Plant higher = fit.plant, lower = fit.plant;
         set_parameter(higher, unknown.name, up);
         set_parameter(lower, unknown.name, down);
-        a = problem.excitation.acceleration(higher, r) - problem.excitation.acceleration(lower, r);
+        a = problem.forcing.acceleration(higher, r) - problem.forcing.acceleration(lower, r);
       } else {
         Effect higher = fit.effects[static_cast<std::size_t>(unknown.effect)], lower = higher;
         set_parameter(higher.form, unknown.name, up);
         set_parameter(lower.form, unknown.name, down);
-        a = problem.excitation.acceleration(higher, r, fit.effects) -
-            problem.excitation.acceleration(lower, r, fit.effects);
-        const Eigen::MatrixXd m = problem.excitation.measured(higher, r) - problem.excitation.measured(lower, r);
+        a = problem.forcing.acceleration(higher, r, fit.effects) - problem.forcing.acceleration(lower, r, fit.effects);
+        const Eigen::MatrixXd m = problem.forcing.measured(higher, r) - problem.forcing.measured(lower, r);
         measured.col(i) = m.transpose().reshaped() / (up - down);
       }
       acceleration.col(i) = a.transpose().reshaped() / (up - down);
@@ -53,26 +52,26 @@ Influence influence(const FitProblem& problem, const Fit& fit) {
 
 }  // namespace
 
-Eigen::MatrixXd linear_slopes(const FitProblem& problem, Fit& fit) {
-  const double nominal = problem.excitation.nominal_acceleration();
+Eigen::MatrixXd linear_jacobian(const FitProblem& problem, Fit& fit) {
+  const double nominal = problem.forcing.nominal_acceleration();
   if (fit.unknowns.empty()) return Eigen::MatrixXd(problem.response.rows(), 0);
   const Influence effect = influence(problem, fit);
-  Eigen::MatrixXd slopes = problem.response.responses(effect.acceleration);
+  Eigen::MatrixXd jacobian = problem.response.responses(effect.acceleration);
   const auto on_sensor = [&](const Unknown& unknown) {
     return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
   };
   if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), on_sensor)) {
-    slopes += problem.response.measured(effect.measured);
+    jacobian += problem.response.measured(effect.measured);
   }
   renew_priors(fit.unknowns, fit.effects);
-  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
+  for (Eigen::Index i = 0; i < jacobian.cols(); ++i) {
     Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
     if (unknown.prior_deviation <= 0.0) {
       unknown.prior_deviation =
           on_sensor(unknown) ? kPriorShare : kPriorShare * nominal / std::max(effect.rms[i], 1e-12 * nominal);
     }
   }
-  return slopes;
+  return jacobian;
 }
 
 }  // namespace bayesctrl

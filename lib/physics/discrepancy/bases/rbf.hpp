@@ -6,7 +6,7 @@ namespace bayesctrl {
 
 /// exp(-(x - centre)^2 / (2 width^2)), x a quantity: any function of it, in pieces.
 template <Quantity kOf>
-struct Bump {
+struct Rbf {
   static constexpr std::string_view kName = text_of(kOf, "bump_position", "bump_velocity", "bump_input", "bump_time");
   static constexpr std::string_view kText =
       text_of(kOf, "a bell curve over the position", "a bell curve over the velocity", "a bell curve over the input",
@@ -25,7 +25,7 @@ struct Bump {
   double beside(const Instant& /*at*/) const { return 1.0; }
   double value(const Instant& at) const { return bell(chosen<kOf>(at), centre, width); }
 
-  bool operator==(const Bump&) const = default;
+  bool operator==(const Rbf&) const = default;
 };
 
 }  // namespace bayesctrl

@@ -1,6 +1,6 @@
 // Parameters where the machine does more than the model says: a random force, bounds that stop a step.
 
-#include "diagnose/fit/random_force.hpp"
+#include "diagnose/fit/process_noise.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -46,7 +46,7 @@ TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_f
     REQUIRE(found.best().fit.effects.size() == 1);
     const FitProblem problem = problem_about(*found.measured, found, data, options);
     const Eigen::VectorXd likely = likely_intensity(problem, found.best().fit);
-    const Fit fit = beside_random_force(problem, problem.response.beside_random(likely), found.best().fit);
+    const Fit fit = fit_with_process_noise(problem, problem.response.with_process_noise(likely), found.best().fit);
     const auto holds = [](const Fit& f) {
       return std::abs(f.unknowns[0].value - kLevel) < 1.96 * f.deviation(0, "level");
     };
@@ -63,8 +63,8 @@ TEST_CASE("A response beside no random force is the response", "[diagnose][rando
   const std::vector<Measured> data{shaken(3)};
   const Explanation found = explain(kPendulum, data, {{}, {}});
   const LinearResponse& response = *found.measured->response;
-  CHECK(response.beside_random(Eigen::VectorXd::Zero(1)).target().isApprox(response.target()));
-  const double much = response.beside_random(Eigen::VectorXd::Constant(1, 1.0)).target().squaredNorm();
+  CHECK(response.with_process_noise(Eigen::VectorXd::Zero(1)).target().isApprox(response.target()));
+  const double much = response.with_process_noise(Eigen::VectorXd::Constant(1, 1.0)).target().squaredNorm();
   CHECK(much < 0.01 * response.target().squaredNorm());
 }
 
@@ -106,7 +106,7 @@ TEST_CASE("Of two models that are equally wrong one seems better by three nats n
   for (int draw = 0; draw < kDraws; ++draw) {
     Eigen::VectorXd more(kRows);
     for (double& nats : more) nats = 20.0 * draw_normal(random);
-    misled += believable(more.sum(), more) > 3.0;
+    misled += vuong_bounded(more.sum(), more) > 3.0;
     misled_by_likelihood += more.sum() > 3.0;
   }
   CHECK(misled / double(kDraws) == Approx(1.0 / (1.0 + std::exp(3.0))).epsilon(0.1));
@@ -115,11 +115,11 @@ TEST_CASE("Of two models that are equally wrong one seems better by three nats n
 
 TEST_CASE("An advantage in every row is believed, one in a single row is not", "[diagnose][random_force]") {
   Eigen::VectorXd more = Eigen::VectorXd::Constant(10, 2.0);
-  CHECK(believable(more.sum(), more) == 20.0);
+  CHECK(vuong_bounded(more.sum(), more) == 20.0);
   more[3] += 1e-3;
-  CHECK(believable(more.sum(), more) == Approx(20.001));
+  CHECK(vuong_bounded(more.sum(), more) == Approx(20.001));
   more.setZero();
   more[3] = 20.0;
-  CHECK(believable(more.sum(), more) < 2.0);
-  CHECK(believable(7.0, more.head(1)) == 7.0);  // one row: nothing is known of scatter
+  CHECK(vuong_bounded(more.sum(), more) < 2.0);
+  CHECK(vuong_bounded(7.0, more.head(1)) == 7.0);  // one row: nothing is known of scatter
 }

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "diagnose/fit/fit.hpp"
+
+namespace bayesctrl {
+
+/// White process noise in a model that leaves far more than sensor noise, where free runs alone would give parameters
+/// deviations that are far too small, and values that depend on where the model sticks and the machine does not. With
+/// process noise the machine is where it was measured and not where the model would take it, so effects are evaluated
+/// along the measured motion: `problem` is linearised about that (stochastic grey-box models: Kristensen, Madsen &
+/// Jorgensen 2004).
+
+/// The most probable parameters of a fit with their covariance and evidence; `residual` and `sse` are those of the
+/// whitened rows. `white`: the problem's response with process noise.
+Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit);
+
+/// The intensity of that noise, per joint, that is most probable together with the fit's parameters.
+Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit);
+
+}  // namespace bayesctrl

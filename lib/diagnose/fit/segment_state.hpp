@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+
+#include "diagnose/motion/smoother.hpp"
+#include "physics/machine/machine.hpp"
+
+namespace bayesctrl {
+
+/// State at the first sample of a window: [q, v] and, where they are not known, the hidden states of effects and lags.
+using SegmentState = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kMaxJoints + kMaxHidden, 1>;
+
+/// Step of differences by an initial state.
+inline constexpr double kSegmentStateStep = 1e-5;
+
+/// Levenberg-Marquardt: the initial state that makes `residual` (samples x joints) smallest, from `start`. One whose
+/// simulation diverges throws NumericalError. `precision`: 1 / variance a priori of each component, about 0.
+SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual, SegmentState start,
+                               int rounds, const SegmentState& precision);
+
+/// A first guess from a known motion. Effects' states are not known after a gap, a lag nowhere before the first sample.
+SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine);
+
+/// Copies the initial state that another model has found into that of a model with so many joints, as far as both hold
+/// the same components.
+void hand_down(const SegmentState& found, int joint_count, SegmentState& start);
+
+/// The hidden states of an initial state, where it has them; else what is known of them.
+HiddenStates hidden_states_of(const SegmentState& start, const Segment& window, HiddenStates known);
+
+/// 1 / variance a priori of its components: lags are within the range of the input, all else may be anything.
+SegmentState precision_of(const SegmentState& start, const Measured& data);
+
+/// The same as weights of the residuals of one window, which measure its noise (residual: samples x joints).
+SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& residual);
+
+/// Machines of a plant with effects, one per recording.
+std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings);
+
+/// The input of each joint as a machine feels it during one recording.
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data);
+
+}  // namespace bayesctrl

@@ -1,0 +1,86 @@
+#include "diagnose/fit/shooting.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "diagnose/fit/runs.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr int kSegmentStateRounds = 8;  // of Levenberg-Marquardt
+constexpr double kUnusual = 1.0;        // standard deviations of squares that noise alone explains
+constexpr double kAstray = 3.0;         // times the usual squares, of a window that has gone astray,
+constexpr std::size_t kFew = 3;         // at most one of so many windows
+
+double sse_of(const FitProblem& problem, const Fit& fit, std::size_t w) {
+  return fit.residual.segment(problem.response.first_row(w), problem.response.row_count(w)).squaredNorm();
+}
+
+/// The initial state of one segment and its residual by free runs, where that leaves less.
+void improve(const FitProblem& problem, const Runs& runs, Fit& fit, std::size_t w, const SegmentState& from) {
+  const SegmentState x = fit_initial_state([&](const SegmentState& start) { return runs.residual(w, start); }, from,
+                                           kSegmentStateRounds, runs.precision(w, from));
+  const Eigen::MatrixXd residual = runs.residual(w, x);
+  if (!(problem.response.project(w, residual).squaredNorm() < sse_of(problem, fit, w))) return;
+  take(problem, fit, w, residual);
+  fit.initial_states[w] = x;
+}
+
+}  // namespace
+
+double noise_sse(Eigen::Index rows) {
+  return static_cast<double>(rows) + kUnusual * std::sqrt(2.0 * static_cast<double>(rows));
+}
+
+void simulate(const FitProblem& problem, Fit& fit, int rounds) {
+  const Runs runs(problem, fit);
+  const int n = joints(fit.plant);
+  fit.residual.resize(problem.response.rows());
+  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+    for (int round = 0; round < rounds; ++round) {
+      fit.initial_states[w].head(2 * n) += problem.response.initial_change(w, runs.residual(w, fit.initial_states[w]));
+    }
+    take(problem, fit, w, runs.residual(w, fit.initial_states[w]));
+  }
+  sum_up(fit);
+}
+
+void polish(const FitProblem& problem, Fit& fit) {
+  const Runs runs(problem, fit);
+  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+    const bool simple = fit.initial_states[w].size() == 2 * joints(fit.plant);
+    if (simple && sse_of(problem, fit, w) <= noise_sse(problem.response.row_count(w))) continue;
+    improve(problem, runs, fit, w, fit.initial_states[w]);
+  }
+  sum_up(fit);
+}
+
+bool recover(const FitProblem& problem, Fit& fit) {
+  const std::vector<Segment>& windows = problem.response.windows();
+  std::vector<std::size_t> astray;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    if (sse_of(problem, fit, w) > kAstray * noise_sse(problem.response.row_count(w))) astray.push_back(w);
+  }
+  if (astray.empty() || kFew * astray.size() > windows.size()) return false;
+  const Runs runs(problem, fit);
+  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data.size());
+  const Eigen::Index states = 2 * joints(fit.plant);
+  const double before = fit.sse;
+  for (const std::size_t w : astray) {
+    SegmentState anew = fit.initial_states[w];
+    const std::size_t r = windows[w].recording;
+    anew.head(states) = initial_guess(windows[w], problem.forcing.paths()[r], list[r]).head(states);
+    for (const SegmentState& from : {SegmentState(fit.initial_states[w]), anew}) {
+      try {
+        improve(problem, runs, fit, w, from);
+      } catch (const NumericalError&) {  // diverges from there
+      }
+    }
+  }
+  sum_up(fit);
+  return fit.sse < kMuch * before;
+}
+
+}  // namespace bayesctrl
