@@ -7,8 +7,8 @@ namespace bayesctrl {
 
 namespace {
 
-/// Slopes of the rows by what may differ without a recording (rows x unknowns).
-Eigen::MatrixXd shared_jacobian(const FitProblem& problem, Fit& fit) {
+/// Jacobian of the rows by what may differ without a recording (rows x unknowns).
+Eigen::MatrixXd shared_jacobian(const FitProblem& problem, const Fit& fit) {
   Eigen::MatrixXd jacobian = linear_jacobian(problem, fit);
   for (Eigen::Index i = 0; i < jacobian.cols(); ++i) {
     const int effect = fit.unknowns[static_cast<std::size_t>(i)].effect;
@@ -20,16 +20,16 @@ Eigen::MatrixXd shared_jacobian(const FitProblem& problem, Fit& fit) {
 /// At the optimum all rows together ask for no step; without some of them the others ask for the opposite of theirs.
 Eigen::VectorXd step_without(int fold, const std::vector<int>& folds, const FitProblem& problem, const Fit& fit,
                              const Eigen::MatrixXd& jacobian) {
-  Eigen::MatrixXd curvature = information(jacobian, fit);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(jacobian.cols());
+  QuadraticModel model = quadratic_model(jacobian, fit);
+  model.descent.setZero();
   for (std::size_t w = 0; w < folds.size(); ++w) {
     if (folds[w] != fold) continue;
     const Eigen::Index first = problem.response.first_row(w), count = problem.response.row_count(w);
     const auto own = jacobian.middleRows(first, count);
-    curvature -= own.transpose() * own;
-    gradient -= own.transpose() * fit.residual.segment(first, count);
+    model.hessian -= own.transpose() * own;
+    model.descent -= own.transpose() * fit.residual.segment(first, count);
   }
-  return step_within_bounds(curvature, gradient, fit.unknowns);
+  return bounded_step(model);
 }
 
 }  // namespace
@@ -37,10 +37,9 @@ Eigen::VectorXd step_without(int fold, const std::vector<int>& folds, const FitP
 std::vector<Fit> left_out_fits(const FitProblem& problem, const Fit& fit, const std::vector<int>& folds) {
   std::vector<Fit> fits(static_cast<std::size_t>(kFolds), fit);
   if (fit.unknowns.empty()) return fits;
-  Fit all = fit;
-  const Eigen::MatrixXd jacobian = shared_jacobian(problem, all);
+  const Eigen::MatrixXd jacobian = shared_jacobian(problem, fit);
   for (int fold = 0; fold < kFolds; ++fold) {
-    assign(fits[static_cast<std::size_t>(fold)], values_of(fit) + step_without(fold, folds, problem, all, jacobian));
+    assign(fits[static_cast<std::size_t>(fold)], values_of(fit) + step_without(fold, folds, problem, fit, jacobian));
   }
   return fits;
 }

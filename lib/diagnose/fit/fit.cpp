@@ -29,53 +29,59 @@ constexpr int kTrials = 5;         // of the damping
 constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact jacobian
 constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
 
-/// Damped Gauss-Newton steps until they gain little, with the Jacobian of the linear response or the exact one; the
-/// last Jacobian.
-Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, int iterations) {
-  Eigen::MatrixXd jacobian = linear_jacobian(problem, current);
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < iterations && jacobian.cols() > 0; ++iteration) {
-    std::optional<ExactJacobian> exact;
-    if (exactly) {
-      try {
-        exact.emplace(problem, current, jacobian);
-      } catch (const NumericalError&) {  // next to here the machine diverges
-        break;
-      }
-      jacobian = exact->jacobian();
-    } else if (iteration > 0) {
-      jacobian = linear_jacobian(problem, current);
+/// What a fit's parameters are moved along: residuals from free runs, the Jacobian of the linear response or the exact
+/// one.
+class Descent {
+ public:
+  Descent(const FitProblem& problem, const Fit& start, bool exactly)
+      : problem_(problem), exactly_(exactly), jacobian_(linear_jacobian(problem, start)) {}
+
+  double cost(const Fit& fit) const { return 0.5 * (fit.sse + prior_cost(fit)); }
+
+  QuadraticModel model(const Fit& fit, double /*agreement*/) {
+    if (!exactly_) {
+      if (used_) jacobian_ = linear_jacobian(problem_, fit);
+    } else if (jacobian_.cols() > 0) {
+      exact_.emplace(problem_, fit, jacobian_);
+      jacobian_ = exact_->jacobian();
     }
-    const Eigen::MatrixXd curvature = information(jacobian, current);
-    const Eigen::VectorXd gradient = jacobian.transpose() * current.residual - prior_gradient(current);
-    const Eigen::VectorXd values = values_of(current);
-    double gained = 0.0;
-    for (int trial = 0; trial < kTrials; ++trial) {
-      Eigen::MatrixXd damped = curvature;
-      damped.diagonal() *= 1.0 + damping;
-      Fit next = current;
-      assign(next, values + step_within_bounds(damped, gradient, current.unknowns));
-      try {
-        if (exact) {
-          exact->follow(problem, next, values_of(next) - values);
-        } else {
-          simulate(problem, next, 1);
-        }
-        gained = 0.5 * (current.sse + prior_cost(current) - next.sse - prior_cost(next));
-      } catch (const NumericalError&) {
-        gained = -kInfinity;
-      }
-      if (gained > 0.0) {
-        current = std::move(next);
-        damping = std::max(0.1 * damping, 1e-9);
-        break;
-      }
-      damping = std::max(10.0 * damping, 1e-2);
-      if (gained > -1e-3) break;
-    }
-    if (gained < std::max(kGain, kGainOfSse * 0.5 * (current.sse - noise_sse(problem.response.rows())))) break;
+    used_ = true;
+    return quadratic_model(jacobian_, fit);
   }
-  return jacobian;
+
+  Fit moved(const Fit& fit, const Eigen::VectorXd& step) const {
+    Fit next = fit;
+    assign(next, values_of(fit) + step);
+    if (exact_) {
+      exact_->follow(problem_, next, values_of(next) - values_of(fit));
+    } else {
+      simulate(problem_, next, 1);
+    }
+    return next;
+  }
+
+  /// The last that was used.
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
+
+ private:
+  const FitProblem& problem_;
+  bool exactly_;
+  bool used_ = false;
+  Eigen::MatrixXd jacobian_;
+  std::optional<ExactJacobian> exact_;
+};
+
+/// Damped Gauss-Newton steps until they gain little; the last Jacobian.
+Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, int iterations) {
+  renew_priors(current.unknowns, current.effects);
+  Descent descent(problem, current, exactly);
+  least_squares(descent, current,
+                {.max_iterations = iterations,
+                 .max_trials = kTrials,
+                 .least_gain = kGain,
+                 .least_relative_gain = kGainOfSse,
+                 .floor = 0.5 * noise_sse(problem.response.rows())});
+  return descent.jacobian();
 }
 
 /// A model simulated as it is given. `starts`: initial states, if another fit has found them.
@@ -100,6 +106,7 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
     hand_down(starts[w], joints(current.plant), current.initial_states[w]);
   }
   simulate(problem, current, starts.empty() ? 2 : 0);
+  complete_priors(problem, current);
   return current;
 }
 
@@ -126,6 +133,18 @@ Eigen::MatrixXd information(const Eigen::MatrixXd& jacobian, const Fit& fit) {
     result(i, i) += 1.0 / std::pow(fit.unknowns[static_cast<std::size_t>(i)].prior_deviation, 2);
   }
   return result;
+}
+
+QuadraticModel quadratic_model(const Eigen::MatrixXd& jacobian, const Fit& fit) {
+  const Eigen::VectorXd values = values_of(fit);
+  QuadraticModel model{information(jacobian, fit), jacobian.transpose() * fit.residual - prior_gradient(fit),
+                       Eigen::VectorXd(values.size()), Eigen::VectorXd(values.size())};
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+    model.low[i] = unknown.low - values[i];
+    model.high[i] = unknown.high - values[i];
+  }
+  return model;
 }
 
 Eigen::VectorXd values_of(const Fit& fit) {

@@ -3,6 +3,7 @@
 #include "diagnose/fit/segment_state.hpp"
 #include "diagnose/fit/unknowns.hpp"
 #include "diagnose/motion/linear_response.hpp"
+#include "numerics/least_squares.hpp"
 
 namespace bayesctrl {
 
@@ -32,6 +33,9 @@ void put(Fit& fit, const Unknown& unknown);
 double prior_cost(const Fit& fit);
 Eigen::VectorXd prior_gradient(const Fit& fit);
 Eigen::MatrixXd information(const Eigen::MatrixXd& jacobian, const Fit& fit);
+
+/// Cost of a fit about its unknowns' values, in nats, with their bounds.
+QuadraticModel quadratic_model(const Eigen::MatrixXd& jacobian, const Fit& fit);
 
 /// What all fits of a diagnosis share.
 struct FitProblem {

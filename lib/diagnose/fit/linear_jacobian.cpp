@@ -15,6 +15,10 @@ struct Influence {
   Eigen::VectorXd rms;                                  // of accelerations
 };
 
+bool on_sensor(const Fit& fit, const Unknown& unknown) {
+  return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
+}
+
 Influence influence(const FitProblem& problem, const Fit& fit) {
   const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
   Influence result{{}, {}, Eigen::VectorXd::Zero(count)};
@@ -52,26 +56,28 @@ Influence influence(const FitProblem& problem, const Fit& fit) {
 
 }  // namespace
 
-Eigen::MatrixXd linear_jacobian(const FitProblem& problem, Fit& fit) {
-  const double nominal = problem.forcing.nominal_acceleration();
+Eigen::MatrixXd linear_jacobian(const FitProblem& problem, const Fit& fit) {
   if (fit.unknowns.empty()) return Eigen::MatrixXd(problem.response.rows(), 0);
   const Influence effect = influence(problem, fit);
   Eigen::MatrixXd jacobian = problem.response.responses(effect.acceleration);
-  const auto on_sensor = [&](const Unknown& unknown) {
-    return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
-  };
-  if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), on_sensor)) {
+  if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), [&](const Unknown& u) { return on_sensor(fit, u); })) {
     jacobian += problem.response.measured(effect.measured);
   }
-  renew_priors(fit.unknowns, fit.effects);
-  for (Eigen::Index i = 0; i < jacobian.cols(); ++i) {
-    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    if (unknown.prior_deviation <= 0.0) {
-      unknown.prior_deviation =
-          on_sensor(unknown) ? kPriorShare : kPriorShare * nominal / std::max(effect.rms[i], 1e-12 * nominal);
-    }
-  }
   return jacobian;
+}
+
+void complete_priors(const FitProblem& problem, Fit& fit) {
+  renew_priors(fit.unknowns, fit.effects);
+  const auto is_open = [](const Unknown& unknown) { return unknown.prior_deviation <= 0.0; };
+  if (std::none_of(fit.unknowns.begin(), fit.unknowns.end(), is_open)) return;
+  const double nominal = problem.forcing.nominal_acceleration();
+  const Eigen::VectorXd rms = influence(problem, fit).rms;
+  for (Eigen::Index i = 0; i < rms.size(); ++i) {
+    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+    if (!is_open(unknown)) continue;
+    unknown.prior_deviation =
+        on_sensor(fit, unknown) ? kPriorShare : kPriorShare * nominal / std::max(rms[i], 1e-12 * nominal);
+  }
 }
 
 }  // namespace bayesctrl

@@ -4,8 +4,11 @@
 
 namespace bayesctrl {
 
-/// Slopes of a fit's rows by the linear response (rows x unknowns); settles priors that follow from what a parameter
-/// does.
-Eigen::MatrixXd linear_jacobian(const FitProblem& problem, Fit& fit);
+/// Jacobian of a fit's rows by its unknowns (rows x unknowns) from the linear response about the measured motion.
+Eigen::MatrixXd linear_jacobian(const FitProblem& problem, const Fit& fit);
+
+/// Gives every unknown its prior: one without a deviation of its own that at which the parameter, from where it is,
+/// moves as much as the prior of a torque allows.
+void complete_priors(const FitProblem& problem, Fit& fit);
 
 }  // namespace bayesctrl

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kIntensityRounds = 3;  // of intensity and parameters
 constexpr int kIterations = 8;       // of parameters
-constexpr int kHalvings = 4;         // of a step that does not gain
+constexpr int kWhitenedTrials = 4;   // of the damping
 constexpr double kLeastGain = 0.01;  // nats, below which steps end
 
 /// What the effects and the adjusted plant explain along the motion: rows of the response.
@@ -33,39 +33,48 @@ Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
   return rows;
 }
 
-/// Damped Gauss-Newton steps for rows that are whitened already.
-Fit descend(const FitProblem& problem, Fit fit) {
-  const auto cost = [](const Fit& f) { return 0.5 * (f.sse + prior_cost(f)); };
-  const auto look = [&](Fit& f) {
-    f.residual = problem.response.target() - explained(problem, f);
-    f.sse = f.residual.squaredNorm();
-  };
-  look(fit);
-  Eigen::MatrixXd jacobian;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    jacobian = linear_jacobian(problem, fit);
-    Eigen::VectorXd step = step_within_bounds(information(jacobian, fit),
-                                              jacobian.transpose() * fit.residual - prior_gradient(fit), fit.unknowns);
-    double gained = 0.0;
-    for (int halving = 0; halving < kHalvings && gained <= 0.0; ++halving, step *= 0.5) {
-      Fit next = fit;
-      assign(next, values_of(fit) + step);
-      look(next);
-      gained = cost(fit) - cost(next);
-      if (gained > 0.0) fit = std::move(next);
-    }
-    if (gained < kLeastGain) break;
+/// A fit's parameters for rows that are whitened: nothing is simulated, what the model explains is linear in time.
+class WhitenedFit {
+ public:
+  explicit WhitenedFit(const FitProblem& problem) : problem_(problem) {}
+
+  double cost(const Fit& fit) const { return 0.5 * (fit.sse + prior_cost(fit)); }
+
+  QuadraticModel model(const Fit& fit, double /*agreement*/) {
+    jacobian_ = linear_jacobian(problem_, fit);
+    return quadratic_model(jacobian_, fit);
   }
-  weigh(problem, fit, jacobian);
-  return fit;
-}
+
+  Fit moved(const Fit& fit, const Eigen::VectorXd& step) const {
+    Fit next = fit;
+    assign(next, values_of(fit) + step);
+    return evaluated(std::move(next));
+  }
+
+  Fit evaluated(Fit fit) const {
+    fit.residual = problem_.response.target() - explained(problem_, fit);
+    fit.sse = fit.residual.squaredNorm();
+    return fit;
+  }
+
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
+
+ private:
+  const FitProblem& problem_;
+  Eigen::MatrixXd jacobian_;
+};
 
 }  // namespace
 
 Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit) {
   const FitProblem whitened{problem.nominal, problem.given,   problem.free,    problem.data,
                             white,           problem.forcing, problem.penalty, problem.max_step};
-  return descend(whitened, std::move(fit));
+  renew_priors(fit.unknowns, fit.effects);
+  WhitenedFit descent(whitened);
+  fit = descent.evaluated(std::move(fit));
+  least_squares(descent, fit, {.max_iterations = kIterations, .max_trials = kWhitenedTrials, .least_gain = kLeastGain});
+  weigh(whitened, fit, descent.jacobian());
+  return fit;
 }
 
 Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit) {

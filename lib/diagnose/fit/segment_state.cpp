@@ -1,15 +1,16 @@
 #include "diagnose/fit/segment_state.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "base/error.hpp"
+#include "numerics/least_squares.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
 constexpr int kPieces = 4;            // of a step whose input is a straight line
+constexpr double kDamping = 1e-6;     // at first
+constexpr int kSegmentTrials = 6;     // of the damping
 constexpr double kLittle = 1e-3;      // of the squares: no round that gains less is worth it
 constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the jacobian promised: they hold further
 
@@ -57,55 +58,68 @@ SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& re
   return precision * (residual.squaredNorm() / static_cast<double>(residual.size()));
 }
 
-SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of, SegmentState x,
-                               int rounds, const SegmentState& precision) {
-  Eigen::MatrixXd residual = residual_of(x), jacobian(residual.size(), x.size());
-  double damping = 1e-6;
-  bool jacobian_holds = false;  // near enough those of the present start
-  for (int round = 0; round < rounds; ++round) {
-    for (Eigen::Index i = 0; i < x.size() && !jacobian_holds; ++i) {
-      SegmentState moved = x;
+namespace {
+
+struct Tried {
+  SegmentState x;
+  Eigen::MatrixXd residual;
+};
+
+/// What an initial state leaves of its segment. Runs are expensive: the Jacobian is kept while steps do what it
+/// promises.
+class Shot {
+ public:
+  Shot(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of, const SegmentState& precision)
+      : residual_of_(residual_of), precision_(precision) {}
+
+  Tried at(const SegmentState& x) const { return {x, residual_of_(x)}; }
+
+  double cost(const Tried& tried) const {
+    return 0.5 * (tried.residual.squaredNorm() + weight_.dot(tried.x.cwiseAbs2()));
+  }
+
+  QuadraticModel model(const Tried& now, double agreement) {
+    QuadraticModel model;
+    model.kept = jacobian_.size() > 0 && agreement < kAsPromised;
+    if (!model.kept) differentiate(now);
+    weight_ = weights_of(precision_, now.residual);
+    model.hessian = jacobian_.transpose() * jacobian_;
+    model.hessian.diagonal() += weight_;
+    model.descent = jacobian_.transpose() * now.residual.reshaped() - weight_.cwiseProduct(now.x);
+    return model;
+  }
+
+  Tried moved(const Tried& from, const Eigen::VectorXd& step) const { return at(from.x + SegmentState(step)); }
+
+ private:
+  void differentiate(const Tried& now) {
+    jacobian_.resize(now.residual.size(), now.x.size());
+    for (Eigen::Index i = 0; i < now.x.size(); ++i) {
+      SegmentState moved = now.x;
       moved[i] += kSegmentStateStep;
-      jacobian.col(i) = ((residual - residual_of(moved)) / kSegmentStateStep).reshaped();
-    }
-    const SegmentState weight = weights_of(precision, residual);
-    const auto cost = [&](const Eigen::MatrixXd& left, const SegmentState& at) {
-      return left.squaredNorm() + weight.dot(at.cwiseAbs2());
-    };
-    Eigen::MatrixXd curvature = jacobian.transpose() * jacobian;
-    curvature.diagonal() += weight;
-    const Eigen::VectorXd gradient = jacobian.transpose() * residual.reshaped() - weight.cwiseProduct(x);
-    const double before = cost(residual, x), largest = curvature.diagonal().maxCoeff();
-    double gained = 0.0, promised = 0.0;
-    for (int trial = 0; trial < 6 && gained <= 0.0; ++trial, damping *= gained > 0.0 ? 1.0 : 30.0) {
-      Eigen::MatrixXd damped = curvature;
-      damped.diagonal() *= 1.0 + damping;
-      damped.diagonal().array() += 1e-14 * largest;
-      const SegmentState change = damped.ldlt().solve(gradient), next = x + change;
-      promised = 2.0 * change.dot(gradient) - change.dot(curvature * change);
-      if (promised <= kLittle * before) return x;
-      Eigen::MatrixXd tried;
-      try {
-        tried = residual_of(next);
-      } catch (const NumericalError&) {
-        continue;
-      }
-      gained = before - cost(tried, next);
-      if (gained > 0.0) {
-        x = next;
-        residual = tried;
-        damping *= 0.1;
-      }
-      if (jacobian_holds) break;  // no use in shorter steps along an old Jacobian
-    }
-    if (gained <= kLittle * before) {
-      if (!jacobian_holds || gained > 0.0) break;
-      jacobian_holds = false;
-    } else {
-      jacobian_holds = std::abs(gained - promised) < kAsPromised * promised;
+      jacobian_.col(i) = ((now.residual - residual_of_(moved)) / kSegmentStateStep).reshaped();
     }
   }
-  return x;
+
+  const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of_;
+  const SegmentState& precision_;
+  SegmentState weight_;
+  Eigen::MatrixXd jacobian_;
+};
+
+}  // namespace
+
+SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
+                               const SegmentState& start, int rounds, const SegmentState& precision) {
+  Shot shot(residual, precision);
+  Tried best = shot.at(start);
+  least_squares(shot, best,
+                {.max_iterations = rounds,
+                 .max_trials = kSegmentTrials,
+                 .damping = kDamping,
+                 .least_relative_gain = kLittle,
+                 .least_promise = kLittle});
+  return best.x;
 }
 
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {

@@ -1,9 +1,7 @@
 #include "diagnose/fit/unknowns.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "physics/parameters.hpp"
 
@@ -77,36 +75,6 @@ void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& eff
       if (of == Measure::one && times > 0.0) unknown.prior_deviation = times;  // recordings measure the same as before
     }
   }
-}
-
-Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& gradient,
-                                   const std::vector<Unknown>& unknowns) {
-  const Eigen::Index count = gradient.size();
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(count);
-  std::vector<Eigen::Index> unbounded(static_cast<std::size_t>(count));
-  std::iota(unbounded.begin(), unbounded.end(), Eigen::Index{0});
-  while (!unbounded.empty()) {
-    const Eigen::VectorXd left = gradient - curvature * step;  // of those that have stopped
-    Eigen::VectorXd free(unbounded.size());
-    for (std::size_t i = 0; i < unbounded.size(); ++i) free[static_cast<Eigen::Index>(i)] = left[unbounded[i]];
-    const Eigen::VectorXd move = curvature(unbounded, unbounded).ldlt().solve(free);
-    std::vector<Eigen::Index> goes_on;
-    for (std::size_t i = 0; i < unbounded.size(); ++i) {
-      const Unknown& u = unknowns[static_cast<std::size_t>(unbounded[i])];
-      const double target = u.value + move[static_cast<Eigen::Index>(i)];
-      if (target >= u.low && target <= u.high) {
-        goes_on.push_back(unbounded[i]);
-      } else {
-        step[unbounded[i]] = std::clamp(target, u.low, u.high) - u.value;
-      }
-    }
-    if (goes_on.size() == unbounded.size()) {
-      step(unbounded) = move;
-      break;
-    }
-    unbounded = std::move(goes_on);
-  }
-  return step;
 }
 
 }  // namespace bayesctrl

@@ -16,17 +16,12 @@ struct Unknown {
 
 /// What a fit adjusts: `free` parameters of the plant, about those of `given`, then all of the effects, with their
 /// bounds, priors and steps as the effects declare them. A prior deviation of 0 is one that follows from what the
-/// parameter does.
+/// parameter does: `complete_priors` settles it.
 std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const std::vector<Effect>& effects,
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths);
 
 /// Priors that follow from other parameters of the same effect, from these as they now are.
 void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& effects);
-
-/// Newton's step from the unknowns' values for a cost with this curvature and this negative gradient. Unknowns that it
-/// would push beyond a bound stop there, and the others make the best of it.
-Eigen::VectorXd step_within_bounds(const Eigen::MatrixXd& curvature, const Eigen::VectorXd& gradient,
-                                   const std::vector<Unknown>& unknowns);
 
 }  // namespace bayesctrl

@@ -58,24 +58,62 @@ Eigen::MatrixXd jacobian_of_free(const LinearResponse& response, const Forcing& 
   return jacobian;
 }
 
-/// The nominal with free parameters near their best values: linear steps along the smoothed motion, which need no
-/// simulation and so converge from afar.
-Plant adjusted(Plant plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
-               const Eigen::VectorXd& noise, const ExplainOptions& options) {
-  for (int round = 0; round < kAdjustments && !options.free.empty(); ++round) {
-    const LinearResponse response(plant, data, paths, noise, windows(data, 0.5 * options.window), options.fastest_mode);
-    const Forcing forcing(plant, data, paths);
-    const Eigen::MatrixXd jacobian = jacobian_of_free(response, forcing, plant, data, options.free);
-    const Eigen::VectorXd change = jacobian.colPivHouseholderQr().solve(response.target());
-    for (std::size_t i = 0; i < options.free.size(); ++i) {
-      const double value = parameter(plant, options.free[i]);
-      const double most = 0.5 * std::max(std::abs(value), 1e-3);
-      double next = value + std::clamp(change[static_cast<Eigen::Index>(i)], -most, most);
-      if (value > 0.0) next = std::max(next, 0.05 * value);
-      set_parameter(plant, options.free[i], next);
-    }
+/// Free parameters along the smoothed motion: needs no simulation, and so converges from afar.
+class Adjustment {
+ public:
+  struct Point {
+    Plant plant;
+    std::shared_ptr<const LinearResponse> response;
+  };
+
+  Adjustment(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, const Eigen::VectorXd& noise,
+             const ExplainOptions& options)
+      : data_(data), paths_(paths), noise_(noise), options_(options) {}
+
+  Point at(const Plant& plant) const {
+    return {plant, std::make_shared<LinearResponse>(plant, data_, paths_, noise_, windows(data_, 0.5 * options_.window),
+                                                    options_.fastest_mode)};
   }
-  return plant;
+
+  double cost(const Point& point) const { return 0.5 * point.response->target().squaredNorm(); }
+
+  /// No parameter changes by more than half of itself at once, or its sign.
+  QuadraticModel model(const Point& point, double /*agreement*/) const {
+    const Forcing forcing(point.plant, data_, paths_);
+    const Eigen::MatrixXd jacobian = jacobian_of_free(*point.response, forcing, point.plant, data_, options_.free);
+    QuadraticModel model{jacobian.transpose() * jacobian, jacobian.transpose() * point.response->target(),
+                         Eigen::VectorXd(jacobian.cols()), Eigen::VectorXd(jacobian.cols())};
+    for (Eigen::Index i = 0; i < jacobian.cols(); ++i) {
+      const double value = parameter(point.plant, options_.free[static_cast<std::size_t>(i)]);
+      model.high[i] = 0.5 * std::max(std::abs(value), 1e-3);
+      model.low[i] = value > 0.0 ? std::max(-model.high[i], -0.95 * value) : -model.high[i];
+    }
+    return model;
+  }
+
+  Point moved(const Point& point, const Eigen::VectorXd& step) const {
+    Plant plant = point.plant;
+    for (std::size_t i = 0; i < options_.free.size(); ++i) {
+      set_parameter(plant, options_.free[i], parameter(plant, options_.free[i]) + step[static_cast<Eigen::Index>(i)]);
+    }
+    return at(plant);
+  }
+
+ private:
+  const std::vector<Measured>& data_;
+  const std::vector<Trajectory>& paths_;
+  const Eigen::VectorXd& noise_;
+  const ExplainOptions& options_;
+};
+
+/// The nominal with free parameters near their best values.
+Plant adjusted(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+               const Eigen::VectorXd& noise, const ExplainOptions& options) {
+  if (options.free.empty()) return plant;
+  Adjustment adjustment(data, paths, noise, options);
+  Adjustment::Point point = adjustment.at(plant);
+  least_squares(adjustment, point, {.max_iterations = kAdjustments, .least_gain = kGain});
+  return point.plant;
 }
 
 double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {

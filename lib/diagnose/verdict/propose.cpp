@@ -1,6 +1,5 @@
 #include "diagnose/verdict/propose.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -65,81 +64,90 @@ Eigen::VectorXd simulate(const Plant& plant, std::vector<Effect> effects, const 
   return machine.run(start, time, machine.drives(time, u), 0, time.size() - 1, 0.011).reshaped();
 }
 
-/// What one explanation shows under an input that another cannot imitate, whatever its parameters and initial state.
-class Difference {
+/// What one explanation shows under an input that another, the rival, cannot imitate.
+class Imitation {
  public:
-  Difference(const Fit& best, const Fit& rival, const Input& input, int joint, int joints)
-      : rival_(rival), input_(input), joint_(joint), start_(StateVector::Zero(2 * joints)) {
-    wanted_ = simulate(best.plant, best.effects, input, joint, joints, start_);
-    left_ = wanted_ - shown(rival_, start_);
+  /// The rival with its parameters and initial state, and what it leaves.
+  struct Point {
+    Fit rival;
+    StateVector start;
+    Eigen::VectorXd left;
+  };
+
+  Imitation(const Fit& best, const Input& input, int joint, int joints)
+      : input_(input),
+        joint_(joint),
+        joints_(joints),
+        wanted_(simulate(best.plant, best.effects, input, joint, joints, StateVector::Zero(2 * joints))) {}
+
+  Point at(const Fit& rival, const StateVector& start) const { return {rival, start, wanted_ - shown(rival, start)}; }
+
+  double cost(const Point& point) const { return 0.5 * point.left.squaredNorm(); }
+
+  QuadraticModel model(const Point& point, double /*agreement*/ = 0.0) const {
+    const Eigen::MatrixXd jacobian = this->jacobian(point);
+    return {jacobian.transpose() * jacobian, jacobian.transpose() * point.left, {}, {}};
+  }
+
+  Point moved(const Point& point, const Eigen::VectorXd& step) const {
+    Fit rival = point.rival;
+    for (std::size_t i = 0; i < rival.unknowns.size(); ++i) {
+      Unknown& unknown = rival.unknowns[i];
+      unknown.value = std::clamp(unknown.value + step[static_cast<Eigen::Index>(i)], unknown.low, unknown.high);
+      put(rival, unknown);
+    }
+    return at(rival, point.start + StateVector(step.tail(point.start.size())));
   }
 
   /// Largest way of a joint from where it starts, rad or m.
   double way() const {
-    const Eigen::Map<const Eigen::MatrixXd> q(wanted_.data(), wanted_.size() / (start_.size() / 2), start_.size() / 2);
+    const Eigen::Map<const Eigen::MatrixXd> q(wanted_.data(), wanted_.size() / joints_, joints_);
     return (q.rowwise() - q.row(0)).cwiseAbs().maxCoeff();
-  }
-
-  /// Squares that are left if the rival were linear in what it may change.
-  double linear_sse() {
-    const Eigen::MatrixXd jacobian = this->jacobian();
-    change_ = jacobian.colPivHouseholderQr().solve(left_);
-    return (left_ - jacobian * change_).squaredNorm();
-  }
-
-  /// The same after a few steps of its own.
-  double squares() {
-    for (int round = 0; round < kRounds; ++round) {
-      linear_sse();
-      Fit moved = rival_;
-      StateVector start = start_;
-      for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
-        Unknown& unknown = moved.unknowns[i];
-        unknown.value = std::clamp(unknown.value + change_[static_cast<Eigen::Index>(i)], unknown.low, unknown.high);
-        put(moved, unknown);
-      }
-      start += StateVector(change_.tail(start.size()));
-      const Eigen::VectorXd left = wanted_ - shown(moved, start);
-      if (!(left.squaredNorm() < left_.squaredNorm())) break;
-      rival_ = std::move(moved);
-      start_ = start;
-      left_ = left;
-    }
-    return left_.squaredNorm();
   }
 
  private:
   Eigen::VectorXd shown(const Fit& fit, const StateVector& start) const {
-    return simulate(fit.plant, fit.effects, input_, joint_, static_cast<int>(start_.size()) / 2, start);
+    return simulate(fit.plant, fit.effects, input_, joint_, joints_, start);
   }
 
-  Eigen::MatrixXd jacobian() const {
-    const Eigen::VectorXd here = wanted_ - left_;
-    const auto count = static_cast<Eigen::Index>(rival_.unknowns.size());
-    Eigen::MatrixXd jacobian(left_.size(), count + start_.size());
-    for (std::size_t i = 0; i < rival_.unknowns.size(); ++i) {
-      Unknown unknown = rival_.unknowns[i];
+  Eigen::MatrixXd jacobian(const Point& point) const {
+    const Eigen::VectorXd here = wanted_ - point.left;
+    const auto count = static_cast<Eigen::Index>(point.rival.unknowns.size());
+    Eigen::MatrixXd jacobian(here.size(), count + point.start.size());
+    for (std::size_t i = 0; i < point.rival.unknowns.size(); ++i) {
+      Unknown unknown = point.rival.unknowns[i];
       const auto at = static_cast<Eigen::Index>(i);
-      const double step = std::max(0.1 * std::sqrt(rival_.covariance(at, at)), unknown.step);
-      Fit moved = rival_;
+      const double step = std::max(0.1 * std::sqrt(point.rival.covariance(at, at)), unknown.step);
+      Fit moved = point.rival;
       unknown.value += step;
       put(moved, unknown);
-      jacobian.col(at) = (shown(moved, start_) - here) / step;
+      jacobian.col(at) = (shown(moved, point.start) - here) / step;
     }
-    for (Eigen::Index i = 0; i < start_.size(); ++i) {
-      StateVector moved = start_;
+    for (Eigen::Index i = 0; i < point.start.size(); ++i) {
+      StateVector moved = point.start;
       moved[i] += kSegmentStateStep;
-      jacobian.col(count + i) = (shown(rival_, moved) - here) / kSegmentStateStep;
+      jacobian.col(count + i) = (shown(point.rival, moved) - here) / kSegmentStateStep;
     }
     return jacobian;
   }
 
-  Fit rival_;
   const Input& input_;
-  int joint_;
-  StateVector start_;
-  Eigen::VectorXd wanted_, left_, change_;
+  int joint_, joints_;
+  Eigen::VectorXd wanted_;
 };
+
+/// SSE that is left where the rival is linear in what it may change.
+double linear_sse(Imitation& imitation, const Imitation::Point& start) {
+  const QuadraticModel model = imitation.model(start);
+  return 2.0 * std::max(0.0, imitation.cost(start) - promised_gain(model, bounded_step(model)));
+}
+
+/// The same after a few steps of its own.
+double imitated_sse(Imitation& imitation, const Imitation::Point& start) {
+  Imitation::Point point = start;
+  least_squares(imitation, point, {.max_iterations = kRounds, .max_trials = 1, .damping = 0.0});
+  return 2.0 * imitation.cost(point);
+}
 
 /// The two most probable explanations, which an experiment is to tell apart.
 struct Rivals {
@@ -155,12 +163,14 @@ struct Rivals {
   const Fit& best() const { return explanation.best().fit; }
 
   /// Log odds that an input promises; 0 where it leads too far. Each of the two may be true, as probable as it is now.
-  double expected(const Input& tried, double (Difference::*squares)()) const {
+  double expected(const Input& tried, double (*sse)(Imitation&, const Imitation::Point&)) const {
     const double sum = explanation.best().probability + rival.probability;
     const double mine = explanation.best().probability / sum, noise = explanation.noise[joint];
-    Difference if_best(best(), rival.fit, tried, joint, joints), if_rival(rival.fit, best(), tried, joint, joints);
+    const StateVector rest = StateVector::Zero(2 * joints);
+    Imitation if_best(best(), tried, joint, joints), if_rival(rival.fit, tried, joint, joints);
     if (std::max(if_best.way(), if_rival.way()) > kFurther * seen) return 0.0;
-    const double left = mine * (if_best.*squares)() + (1.0 - mine) * (if_rival.*squares)();
+    const double left =
+        mine * sse(if_best, if_best.at(rival.fit, rest)) + (1.0 - mine) * sse(if_rival, if_rival.at(best(), rest));
     const double odds = 0.5 * left / (noise * noise);
     return std::isfinite(odds) ? odds : 0.0;
   }
@@ -184,7 +194,7 @@ std::pair<double, const Input*> best_input(const Rivals& rivals, const std::vect
   std::vector<std::pair<double, const Input*>> promising;  // log odds to first order
   for (const Input& tried : inputs) {
     try {
-      promising.emplace_back(rivals.expected(tried, &Difference::linear_sse), &tried);
+      promising.emplace_back(rivals.expected(tried, linear_sse), &tried);
     } catch (const NumericalError&) {  // this input is not for this machine
     }
   }
@@ -193,7 +203,7 @@ std::pair<double, const Input*> best_input(const Rivals& rivals, const std::vect
   for (const auto& [linear, tried] : promising) {
     if (linear <= most.first) break;  // the rest cannot do better
     try {
-      if (const double odds = rivals.expected(*tried, &Difference::squares); odds > most.first) most = {odds, tried};
+      if (const double odds = rivals.expected(*tried, imitated_sse); odds > most.first) most = {odds, tried};
     } catch (const NumericalError&) {
     }
   }

@@ -34,7 +34,7 @@ Measured shaken(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_force][slow]") {
+TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][process_noise][slow]") {
   constexpr int kRuns = 24;
   int covered = 0, covered_by_free_runs = 0;
   double intensity = 0.0;
@@ -59,7 +59,7 @@ TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][random_f
   CHECK(intensity == Approx(kForce / kInertia).epsilon(0.15));
 }
 
-TEST_CASE("A response beside no random force is the response", "[diagnose][random_force]") {
+TEST_CASE("A response beside no random force is the response", "[diagnose][process_noise]") {
   const std::vector<Measured> data{shaken(3)};
   const Explanation found = explain(kPendulum, data, {{}, {}});
   const LinearResponse& response = *found.measured->response;
@@ -68,38 +68,8 @@ TEST_CASE("A response beside no random force is the response", "[diagnose][rando
   CHECK(much < 0.01 * response.target().squaredNorm());
 }
 
-TEST_CASE("A step stops at bounds and serves the other unknowns", "[diagnose][random_force]") {
-  RandomStream random(5);
-  for (int trial = 0; trial < 200; ++trial) {
-    constexpr Eigen::Index kCount = 4;
-    Eigen::MatrixXd root(kCount, kCount);
-    Eigen::VectorXd slope(kCount);
-    for (double& x : root.reshaped()) x = draw_normal(random);
-    for (double& x : slope) x = 3.0 * draw_normal(random);
-    const Eigen::MatrixXd curvature = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(kCount, kCount);
-    std::vector<Unknown> unknowns;
-    for (Eigen::Index i = 0; i < kCount; ++i) {
-      Unknown u{0, "x", draw_uniform(random, -0.5, 0.5)};
-      u.low = -1.0;
-      u.high = i == 0 ? kInfinity : 1.0;
-      unknowns.push_back(u);
-    }
-    const Eigen::VectorXd step = step_within_bounds(curvature, slope, unknowns);
-    const Eigen::VectorXd gradient = curvature * step - slope;
-    for (Eigen::Index i = 0; i < kCount; ++i) {
-      const Unknown& u = unknowns[static_cast<std::size_t>(i)];
-      const double there = u.value + step[i];
-      constexpr double kRounding = 1e-12;
-      CHECK(there >= u.low - kRounding);
-      CHECK(there <= u.high + kRounding);
-      if (there > u.low + kRounding && there < u.high - kRounding)
-        CHECK(std::abs(gradient[i]) < 1e-9 * (1.0 + slope.norm()));
-    }
-  }
-}
-
 TEST_CASE("Of two models that are equally wrong one seems better by three nats no more often than it may",
-          "[diagnose][random_force]") {
+          "[diagnose][process_noise]") {
   constexpr int kDraws = 20000, kRows = 7;
   RandomStream random(5);
   int misled = 0, misled_by_likelihood = 0;
@@ -113,7 +83,7 @@ TEST_CASE("Of two models that are equally wrong one seems better by three nats n
   CHECK(misled_by_likelihood > 9 * kDraws / 20);
 }
 
-TEST_CASE("An advantage in every row is believed, one in a single row is not", "[diagnose][random_force]") {
+TEST_CASE("An advantage in every row is believed, one in a single row is not", "[diagnose][process_noise]") {
   Eigen::VectorXd more = Eigen::VectorXd::Constant(10, 2.0);
   CHECK(vuong_bounded(more.sum(), more) == 20.0);
   more[3] += 1e-3;
