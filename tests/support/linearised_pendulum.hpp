@@ -8,15 +8,15 @@
 
 namespace bayesctrl::testing {
 
-/// Recordings of the pendulum, `heavier` times as heavy under that times the input, linearised about their smoothed
-/// motion. No catalogue is part of it.
+/// Recordings of the pendulum, `heavier` times as heavy under that times the input, with a `hidden` torque, linearised
+/// about their smoothed motion. No catalogue is part of it.
 struct LinearisedPendulum {
-  explicit LinearisedPendulum(int recordings, double heavier = 1.0) {
+  explicit LinearisedPendulum(int recordings, double heavier = 1.0, const Remainder& hidden = {}) {
     auto& pendulum = std::get<Pendulum>(plant);
     pendulum.mass *= heavier;
     pendulum.friction *= heavier;
     for (int r = 0; r < recordings; ++r) {
-      data.push_back(record(Machine(plant, {}), -1.0, 90 + static_cast<std::uint64_t>(r), 1.0, heavier));
+      data.push_back(record(Machine(plant, {}, hidden), -1.0, 90 + static_cast<std::uint64_t>(r), 1.0, heavier));
     }
     about.paths = smooth_all(plant, data, noise);
     about.response = std::make_unique<LinearResponse>(plant, data, about.paths, noise, windows(data, 2.0), 10.0);
