@@ -128,10 +128,12 @@ TEST_CASE("Odds of an effect beside a discrepancy are those of two normal distri
   for (const Discrepancy::Group& group : discrepancy.groups()) {
     if (group.use != TermUse::compare) continue;
     RandomStream random(17);
-    Eigen::VectorXd weights(group.columns.cols());
-    for (double& w : weights) w = draw_normal(random);
-    const Eigen::VectorXd c = 0.3 * pendulum.white(18);
-    const Eigen::VectorXd y = group.columns * weights + 2.0 * c + pendulum.white(19);
+    Eigen::MatrixXd weights(group.columns.cols(), 2);
+    for (double& w : weights.reshaped()) w = draw_normal(random);
+    // The effect is in part what the discrepancy may be itself.
+    const Eigen::VectorXd drawn = group.columns * weights.col(0);
+    const Eigen::VectorXd c = 0.3 * pendulum.white(18) + group.columns * weights.col(1);
+    const Eigen::VectorXd y = drawn + 2.0 * c + pendulum.white(19);
     const Discrepancy::Beside said = discrepancy.beside(c, y, kPenalty);
 
     Eigen::LLT<Eigen::MatrixXd> factor;
@@ -153,6 +155,6 @@ TEST_CASE("Odds of an effect beside a discrepancy are those of two normal distri
     REQUIRE(said.effects.size() == 1);
     CHECK(std::get<ConstantBias>(said.effects[0].form).torque == Approx(0.25 * cy / (1.0 + cc)).epsilon(kRoot));
     // What the discrepancy has drawn needs no effect.
-    CHECK(discrepancy.beside(c, group.columns * weights + pendulum.white(20), kPenalty).log_odds < 0.0);
+    CHECK(discrepancy.beside(c, drawn + pendulum.white(20), kPenalty).log_odds < 0.0);
   }
 }

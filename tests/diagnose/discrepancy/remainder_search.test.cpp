@@ -155,8 +155,8 @@ TEST_CASE("A remainder gives no more torque than it was seen to give, a law thre
   const Searched& s = searched();
   const Eigen::VectorXd target = s.pendulum.response_to(concealed(0).second) + s.pendulum.white(4);
   RemainderSearch search = s.about(target, s.folds());
+  const int without = GENERATE(-1, 2);
   for (const RemainderSearch::Basis& basis : search.best()) {
-    const int without = GENERATE(-1, 2);
     const Remainder remainder = search.remainder(basis, without);
     double largest = 0.0;
     for (std::size_t r = 0; r < 3; ++r) {

@@ -2,6 +2,7 @@
 
 #include "diagnose/verdict/propose.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -55,6 +56,33 @@ TEST_CASE("Between two laws of friction an input within the recorded range is pr
   const double amplitude = doubted.data[0].input.cwiseAbs().maxCoeff();
   const auto [low, high] = std::minmax_element(next->signal.values.begin(), next->signal.values.end());
   CHECK(std::max(*high, -*low) <= amplitude * (1.0 + 1e-9));
+}
+
+TEST_CASE("An input promises half the squares that the other cannot imitate, in units of the noise",
+          "[diagnose][propose]") {
+  // A free mass that a constant force pushes, or nothing: 0.5 b t^2 / m less the best start and speed, whatever the
+  // input. The force, on the other hand, can be adjusted to nothing.
+  constexpr double kForce = 0.002, kMass = 2.0, kSensor = 0.01, kProbable = 0.75;
+  Measured far{"far", {}, Eigen::VectorXd::LinSpaced(100, 0.0, 1e3), Eigen::MatrixXd::Ones(100, 1), 0.0, false};
+  for (int k = 0; k < 100; ++k) far.time.push_back(0.1 * k);
+  Explanation explanation;
+  explanation.noise = Eigen::VectorXd::Constant(1, kSensor);
+  explanation.candidates.resize(2);
+  explanation.candidates[0].probability = kProbable;
+  explanation.candidates[1].probability = 1.0 - kProbable;
+  for (Candidate& candidate : explanation.candidates) candidate.fit.plant = Mass{.mass = kMass, .friction = 0.0};
+  Fit& pushed = explanation.candidates[0].fit;
+  pushed.effects = {{ConstantBias{kForce}, 0, -1}};
+  pushed.unknowns = {{.effect = 0, .name = "torque", .value = kForce}};
+  pushed.covariance = Eigen::MatrixXd::Constant(1, 1, 1e-8);
+  const std::optional<NextExperiment> next = propose(pushed.plant, explanation, {far}, {{"m", "m/s", "N", "N"}});
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(1001, 0.0, 10.0);
+  const Eigen::VectorXd way = 0.5 * kForce / kMass * t.cwiseAbs2();
+  Eigen::MatrixXd start(1001, 2);
+  start << Eigen::VectorXd::Ones(1001), t;
+  const double squares = (way - start * start.householderQr().solve(way)).squaredNorm();
+  REQUIRE(next);
+  CHECK(next->expected_log_odds == Approx(0.5 * kProbable * squares / (kSensor * kSensor)).epsilon(1e-4));
 }
 
 TEST_CASE("Half the noise promises four times the log odds, of the same input", "[diagnose][propose]") {
