@@ -1,0 +1,119 @@
+// From what was found to a verdict: situations made by hand, and what has to be said in each.
+
+#include "diagnose/verdict/judge.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/linearised_pendulum.hpp"
+
+using namespace bayesctrl;
+using testing::kPendulum, testing::LinearisedPendulum;
+
+namespace {
+
+/// Sets with probability, evidence and the squares that they leave in each row; the best first.
+struct Found {
+  std::vector<Effect> effects;
+  double probability, log_evidence, left;
+};
+
+/// A search that found these, about recordings whose missing torque depends on the position.
+struct Situation {
+  LinearisedPendulum pendulum;
+  DiagnosisSpec spec;
+  ExplainOptions options;
+  Eigen::VectorXd target = pendulum.white(1);
+  Missing missing;
+
+  explicit Situation(int recordings, const Remainder& hidden = {})
+      : pendulum(recordings, 1.0, hidden), missing{Discrepancy(pendulum.about, pendulum.data), {}} {
+    const auto torque = [](const Instant& at) { return 0.2 * std::sin(5.0 * at.position); };
+    spec.signals.position.resize(1);
+    spec.horizon = 1.0;
+    if (hidden.empty()) target += pendulum.response_to(pendulum.along(torque));
+    if (!hidden.empty()) target = pendulum.about.response->target();
+    missing.rows = {Eigen::MatrixXd(target.size(), 0), target};
+  }
+
+  Search search(const std::vector<Found>& found) const {
+    const std::shared_ptr<Linearisation> about(std::shared_ptr<void>{}, const_cast<Linearisation*>(&pendulum.about));
+    Explanation explanation;
+    explanation.linearisation = explanation.measured = about;
+    explanation.start = explanation.given = pendulum.plant;
+    explanation.noise = pendulum.noise;
+    explanation.rows = static_cast<double>(target.size());
+    explanation.fast_rows = 1000.0;
+    for (const Found& set : found) {
+      Candidate& candidate = explanation.candidates.emplace_back();
+      candidate.fit.plant = pendulum.plant;
+      candidate.fit.effects = set.effects;
+      candidate.fit.log_evidence = set.log_evidence;
+      candidate.fit.sse = set.left * explanation.rows;
+      candidate.probability = set.probability;
+    }
+    return {spec, pendulum.plant, pendulum.data, options, std::move(explanation), pendulum.about.paths};
+  }
+};
+
+const Effect kDry{CoulombFriction{0.1}, 0, -1}, kTilt{GravityTilt{}, 0, -1};
+
+}  // namespace
+
+TEST_CASE("Within the noise the verdict follows from the best set and the probability of its equivalents",
+          "[diagnose][judge]") {
+  const Situation situation(1);
+  constexpr double kFits = 1.0, kFar = 50.0;
+  const std::vector<std::tuple<std::string, std::vector<Found>, Verdict>> table{
+      {"nothing explains best", {{{}, 0.95, 10.0, kFits}, {{kDry}, 0.05, 7.0, kFits}}, Verdict::nothing_missing},
+      {"nothing, though not surely", {{{}, 0.5, 10.0, kFits}, {{kDry}, 0.5, 10.0, kFits}}, Verdict::nothing_missing},
+      {"one set stands out", {{{kDry}, 0.91, 90.0, kFits}, {{}, 0.0, 0.0, kFar}}, Verdict::named},
+      {"others together are probable", {{{kDry}, 0.89, 90.0, kFits}, {{}, 0.0, 0.0, kFar}}, Verdict::ambiguous},
+      {"an equivalent counts with it",
+       {{{kDry}, 0.6, 90.0, kFits}, {{kTilt}, 0.35, 89.0, kFits}, {{}, 0.0, 0.0, kFar}},
+       Verdict::named},
+      {"a rival does not",
+       {{{kDry}, 0.6, 90.0, kFits}, {{kTilt}, 0.35, 80.0, kFits}, {{}, 0.0, 0.0, kFar}},
+       Verdict::ambiguous},
+  };
+  for (const auto& [text, found, expected] : table) {
+    INFO(text);
+    const Search search = situation.search(found);
+    const Judgement judgement = judge(search, situation.missing, 0.5);
+    CHECK(judgement.verdict == expected);
+    CHECK(!judgement.significant);
+    CHECK(judgement.remainder.empty());
+    CHECK(judgement.p_given == 0.5);
+    CHECK(key(judgement.fit.effects) == key(found.front().effects));
+    CHECK(judgement.says_effects() == (expected != Verdict::nothing_missing));
+    CHECK(judgement.detected() == (expected != Verdict::nothing_missing));
+    REQUIRE(judgement.whole.has_value() == judgement.detected());
+    if (judgement.whole) CHECK(judgement.whole->leads() == Cause::position);
+  }
+}
+
+TEST_CASE("Parameters explain what the nominal misses as it is given, if there are free ones", "[diagnose][judge]") {
+  Situation situation(1);
+  const std::vector<Found> nothing{{{}, 1.0, 0.0, 1.0}}, friction{{{kDry}, 1.0, 90.0, 1.0}, {{}, 0.0, 0.0, 50.0}};
+  CHECK(!judge(situation.search(nothing), situation.missing, 1e-9).parameters_explain);
+  situation.options.free = {"mass"};
+  const Judgement explained = judge(situation.search(nothing), situation.missing, 1e-9);
+  CHECK(explained.parameters_explain);
+  CHECK(explained.verdict == Verdict::nothing_missing);
+  CHECK(explained.detected());
+  CHECK(explained.whole.has_value());
+  CHECK(!judge(situation.search(nothing), situation.missing, 1e-3).parameters_explain);
+  CHECK(!judge(situation.search(friction), situation.missing, 1e-9).parameters_explain);
+}
+
+TEST_CASE("Where the nominal leaves much and no effect explains it the verdict is that it is unknown",
+          "[diagnose][judge][slow]") {
+  const Situation situation(3, {{{RbfPosition{.centre = 0.6, .width = 0.15}, 0, -1, 0.5}}, {}});
+  const Search search = situation.search({{{}, 1.0, 0.0, 100.0}});
+  const Judgement judgement = judge(search, situation.missing, 0.0);
+  CHECK(judgement.verdict == Verdict::unknown);
+  CHECK(judgement.significant);
+  CHECK(judgement.share == Approx(1.0));  // the best set is the nominal
+  CHECK(!judgement.remainder.empty());
+  REQUIRE(judgement.whole);
+  CHECK(judgement.whole->leads() == Cause::position);
+}
