@@ -10,6 +10,7 @@
 
 #include "base/format.hpp"
 #include "commands.hpp"
+#include "diagnose/settings.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/provenance.hpp"
@@ -165,8 +166,9 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       });
       progress.clear();
       write_diagnosis(diagnosed, folder);
-      write_file(folder / "provenance.json",
-                 provenance(fs::path(path).filename().string(), to_json(spec)).dump(2) + "\n");
+      ordered_json origin = provenance(fs::path(path).filename().string(), to_json(spec));
+      origin["settings"] = to_json(kSettings);
+      write_file(folder / "provenance.json", origin.dump(2) + "\n");
       if (!command->no_report) write_reports({folder});
       list.push_back({{"folder", folder.string()}, {"diagnosis", to_json(diagnosed.diagnosis)}});
       if (loudness.quiet || loudness.json) continue;

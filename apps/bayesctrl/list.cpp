@@ -4,10 +4,12 @@
 
 #include "commands.hpp"
 #include "control/controller.hpp"
+#include "diagnose/settings.hpp"
 #include "experiment/metrics.hpp"
 #include "experiment/study.hpp"
 #include "gp/kernel.hpp"
 #include "io/describe.hpp"
+#include "physics/discrepancy/basis.hpp"
 #include "physics/effect.hpp"
 #include "physics/plant.hpp"
 #include "spec/model.hpp"
@@ -58,6 +60,20 @@ ordered_json metrics() {
   return list;
 }
 
+/// Thresholds of the diagnosis: each as "stage.name", with its value.
+ordered_json settings() {
+  ordered_json list = ordered_json::array();
+  Settings::fields(kSettings, [&](std::string_view stage, const auto& values, const Info& /*info*/) {
+    values.fields(values, [&](std::string_view name, const auto& value, const Info& info) {
+      list.push_back({{"name", std::string(stage) + "." + std::string(name)},
+                      {"value", value},
+                      {"unit", info.unit},
+                      {"text", info.text}});
+    });
+  });
+  return list;
+}
+
 struct Family {
   const char* name;
   ordered_json (*members)();
@@ -68,15 +84,18 @@ constexpr Family kFamilies[] = {{"plants", [] { return family(static_cast<const 
                                 {"references", [] { return family(static_cast<const Reference*>(nullptr)); }},
                                 {"kernels", [] { return family(static_cast<const decltype(Kernel::form)*>(nullptr)); }},
                                 {"effects", [] { return family(static_cast<const EffectForm*>(nullptr)); }},
-                                {"metrics", metrics}};
+                                {"bases", [] { return family(static_cast<const Basis*>(nullptr)); }},
+                                {"metrics", metrics},
+                                {"settings", settings}};
 
 void print_families(const ordered_json& families) {
   for (const auto& [name, members] : families.items()) {
     std::cout << name << "\n";
     for (const ordered_json& member : members) {
       const std::string unit = member.value("unit", "");
-      std::cout << "  " << member["name"].get<std::string>() << (unit.empty() ? "" : " [" + unit + "]") << ": "
-                << member["text"].get<std::string>() << "\n";
+      std::cout << "  " << member["name"].get<std::string>()
+                << (member.contains("value") ? " = " + member["value"].dump() : "")
+                << (unit.empty() ? "" : " [" + unit + "]") << ": " << member["text"].get<std::string>() << "\n";
       if (member.contains("equation")) std::cout << "      " << member["equation"].get<std::string>() << "\n";
       for (const ordered_json& p : member.value("parameters", ordered_json::array())) {
         const std::string p_unit = p["unit"], fallback = p["default"];
@@ -99,7 +118,9 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
     bool json = false;
   };
   auto command = std::make_shared<Command>();
-  CLI::App* sub = app.add_subcommand("list", "List plants, controllers, references, kernels, effects and metrics");
+  CLI::App* sub = app.add_subcommand("list",
+                                     "List plants, controllers, references, kernels, effects, bases of remainders, "
+                                     "metrics and the diagnosis' settings");
   std::vector<std::string> families;
   for (const Family& known : kFamilies) families.emplace_back(known.name);
   sub->add_option("FAMILY", command->family, "Only this family")->check(one_of(families));
@@ -107,6 +128,7 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
   sub->footer(
       "Examples:\n"
       "  bayesctrl list effects\n"
+      "  bayesctrl list settings\n"
       "  bayesctrl list plants --json");
   sub->callback([command] {
     ordered_json shown;

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "diagnose/settings.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/provenance.hpp"
@@ -76,8 +77,10 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
         exit = ExitCode::interrupted;
         return;
       }
-      write_file(place / "provenance.json",
-                 provenance(std::filesystem::path(command->spec).filename().string(), to_json(spec)).dump(2) + "\n");
+      nlohmann::ordered_json origin =
+          provenance(std::filesystem::path(command->spec).filename().string(), to_json(spec));
+      origin["settings"] = to_json(kSettings);
+      write_file(place / "provenance.json", origin.dump(2) + "\n");
       if (!command->no_report) write_reports({place});
       list.push_back({{"folder", place.string()}, {"summary", result.summary}});
       if (loudness.quiet || loudness.json) continue;

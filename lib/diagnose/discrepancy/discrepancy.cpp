@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/settings.hpp"
+
 namespace bayesctrl {
 
 namespace {
 
-constexpr std::size_t kShapes = 8;    // of each effect that is weighed against a discrepancy
-constexpr std::size_t kKinds = 3;     // of discrepancy that effects are weighed against
-constexpr double kAllBut = 0.02;      // a cause that leaves so little explains all
-constexpr double kHistoryGain = 5.0;  // squares for each of its terms, that the past must explain beyond the present
 constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0};
 constexpr std::size_t kUnit = 5;  // of them, 1
 constexpr double kRound = 1e-11;  // of the largest square, added so that dependent columns have a factor
@@ -119,8 +117,9 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
         alike += 1.0;
       }
       const double rms = std::sqrt(sum / alike / samples);
-      const double unit =
-          rms > 1e-12 ? kPriorShare * torque[group.joint] / (rms * std::sqrt(static_cast<double>(count))) : 0.0;
+      const double unit = rms > 1e-12 ? kSettings.motion.prior_share * torque[group.joint] /
+                                            (rms * std::sqrt(static_cast<double>(count)))
+                                      : 0.0;
       group.terms[static_cast<std::size_t>(i)].weight = unit;
       group.columns.col(i) *= unit;
     }
@@ -193,7 +192,8 @@ Discrepancy::Dependence Discrepancy::dependence(const Eigen::VectorXd& target) c
     best.joint = j;
     // The past can imitate the present: unless it leaves less than half, and by more than its many terms could do, it
     // counts for what it explains beyond.
-    const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) && (alone[4] - present) * beyond > kHistoryGain * terms;
+    const bool needed = 1.0 - alone[4] < 0.5 * (1.0 - present) &&
+                        (alone[4] - present) * beyond > kSettings.discrepancy.history_gain * terms;
     if (!needed) alone[4] = std::max(0.0, alone[4] - present);
     best.explained = alone;
   }
@@ -204,7 +204,7 @@ Shares Discrepancy::Dependence::shares() const {
   Shares result = explained;
   double sum = 0.0;
   for (double& part : result) {
-    part = part / (1.0 + kAllBut - part);
+    part = part / (1.0 + kSettings.discrepancy.explains_all - part);
     sum += part;
   }
   for (double& part : result) part = sum > 0.0 ? part / sum : 0.0;
@@ -234,7 +234,7 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   const Ridge whole = ridge_of(together, target);
   kinds.push_back({nullptr, whole.scale, whole.log_evidence});
   std::sort(kinds.begin(), kinds.end(), [](const Kind& a, const Kind& b) { return a.log_evidence > b.log_evidence; });
-  kinds.resize(std::min<std::size_t>(kinds.size(), kKinds));
+  kinds.resize(std::min<std::size_t>(kinds.size(), std::size_t{kSettings.discrepancy.compared_groups}));
 
   // Of each effect the shapes that suit the target best.
   Dictionary few;
@@ -250,7 +250,7 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
       ranked.emplace_back(-gain, i);
     }
     std::sort(ranked.begin(), ranked.end());
-    ranked.resize(std::min<std::size_t>(ranked.size(), kShapes));
+    ranked.resize(std::min<std::size_t>(ranked.size(), std::size_t{kSettings.discrepancy.effect_shapes}));
     Suspect chosen{suspect.kind, suspect.joint, {}};
     for (const auto& [gain, i] : ranked) {
       Atom atom = suspect.atoms[i];

@@ -5,34 +5,30 @@
 #include <array>
 #include <cmath>
 
+#include "diagnose/settings.hpp"
+
 namespace bayesctrl {
-
-namespace {
-
-constexpr double kEvident = 2.0;      // standard deviations, beyond which squares are more than noise,
-constexpr double kNearlyAll = 0.999;  // and of these
-
-}  // namespace
 
 std::vector<int> folds_of(const LinearResponse& response, const Eigen::VectorXd& target) {
   const std::vector<Segment>& windows = response.windows();
   std::vector<int> recordings, thirds;
-  std::array<double, kFolds> squares{}, rows{};
+  std::array<double, kSettings.discrepancy.folds> squares{}, rows{};
   for (std::size_t w = 0, first = 0; w < windows.size(); ++w) {
     if (windows[w].recording != windows[first].recording) first = w;
-    recordings.push_back(static_cast<int>(windows[w].recording % kFolds));
-    thirds.push_back(static_cast<int>((w - first) % kFolds));
+    recordings.push_back(static_cast<int>(windows[w].recording % kSettings.discrepancy.folds));
+    thirds.push_back(static_cast<int>((w - first) % kSettings.discrepancy.folds));
     const auto part = static_cast<std::size_t>(recordings.back());
     squares[part] += target.segment(response.first_row(w), response.row_count(w)).squaredNorm();
     rows[part] += static_cast<double>(response.row_count(w));
   }
   double sum = 0.0, most = 0.0;
-  for (std::size_t part = 0; part < kFolds; ++part) {
-    const double evident = std::max(0.0, squares[part] - rows[part] - kEvident * std::sqrt(2.0 * rows[part]));
+  for (std::size_t part = 0; part < kSettings.discrepancy.folds; ++part) {
+    const double evident =
+        std::max(0.0, squares[part] - rows[part] - kSettings.discrepancy.evident * std::sqrt(2.0 * rows[part]));
     sum += evident;
     most = std::max(most, evident);
   }
-  return most > kNearlyAll * sum ? thirds : recordings;
+  return most > kSettings.discrepancy.nearly_all * sum ? thirds : recordings;
 }
 
 LeftOut::LeftOut(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, const std::vector<int>& fold,

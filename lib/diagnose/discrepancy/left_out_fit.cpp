@@ -2,6 +2,7 @@
 
 #include "diagnose/discrepancy/left_out.hpp"
 #include "diagnose/fit/linear_jacobian.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
@@ -35,10 +36,10 @@ Eigen::VectorXd step_without(int fold, const std::vector<int>& folds, const FitP
 }  // namespace
 
 std::vector<Fit> left_out_fits(const FitProblem& problem, const Fit& fit, const std::vector<int>& folds) {
-  std::vector<Fit> fits(static_cast<std::size_t>(kFolds), fit);
+  std::vector<Fit> fits(static_cast<std::size_t>(kSettings.discrepancy.folds), fit);
   if (fit.unknowns.empty()) return fits;
   const Eigen::MatrixXd jacobian = shared_jacobian(problem, fit);
-  for (int fold = 0; fold < kFolds; ++fold) {
+  for (int fold = 0; fold < kSettings.discrepancy.folds; ++fold) {
     assign(fits[static_cast<std::size_t>(fold)], values_of(fit) + step_without(fold, folds, problem, fit, jacobian));
   }
   return fits;

@@ -5,15 +5,12 @@
 #include <cmath>
 
 #include "diagnose/fit/free_runs.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
-constexpr double kNegligible = 1e-4;    // of the largest weight, each in units of what its term gives
-constexpr std::size_t kMostGroups = 4;  // of terms in a remainder
-constexpr double kBeyond = 3.0;         // times the largest torque that was seen: what a law may give
-constexpr double kGain = 0.8;           // of the squares of what is left out, that one group more must get below
 constexpr std::array<double, 9> kDeviations{1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0};
 
 /// Of every row of the response.
@@ -45,7 +42,8 @@ RemainderSearch::RemainderSearch(const Discrepancy& discrepancy, const Eigen::Ve
   first_.push_back(static_cast<Eigen::Index>(columns.size()));
   Eigen::MatrixXd features(target.size(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t i = 0; i < columns.size(); ++i) features.col(static_cast<Eigen::Index>(i)) = columns[i];
-  left_out_.emplace(features, target, folds_of_rows(*discrepancy.about().response, folds_), kFolds);
+  left_out_.emplace(features, target, folds_of_rows(*discrepancy.about().response, folds_),
+                    kSettings.discrepancy.folds);
 }
 
 LeftOut::Prior RemainderSearch::prior(const Basis& basis) const {
@@ -105,7 +103,7 @@ std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool parametric) {
   Basis chosen;
   chosen.parametric = parametric;
   chosen.left = left_out_->target_sse();
-  while (chosen.groups.size() < kMostGroups) {
+  while (chosen.groups.size() < std::size_t{kSettings.discrepancy.most_groups}) {
     Basis best = chosen;
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       if ((discrepancy_.groups()[groups_[g]].use == TermUse::parametric) != parametric) continue;
@@ -121,7 +119,7 @@ std::vector<RemainderSearch::Basis> RemainderSearch::best_of(bool parametric) {
       }
       if (more.left < best.left) best = more;
     }
-    if (!(best.left < kGain * chosen.left)) break;
+    if (!(best.left < kSettings.discrepancy.group_gain * chosen.left)) break;
     path.push_back(chosen = best);
   }
   if (path.size() > 1) return {path.front(), path.back()};
@@ -144,7 +142,8 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
   const Linearisation& about = discrepancy_.about();
   const LeftOut::Prior chosen = prior(basis);
   const Eigen::VectorXd weights = left_out_->weights(chosen, left_out);
-  const double negligible = weights.size() == 0 ? 0.0 : kNegligible * weights.cwiseAbs().maxCoeff();
+  const double negligible =
+      weights.size() == 0 ? 0.0 : kSettings.discrepancy.negligible * weights.cwiseAbs().maxCoeff();
   Remainder result;
   for (int j = 0; j < joints(about.forcing->plant()); ++j) {
     const OperatingRange s = operating_range(about.forcing->data(), about.paths, j);
@@ -179,7 +178,7 @@ Remainder RemainderSearch::remainder(const Basis& basis, int left_out) const {
     }
   }
   for (std::size_t j = 0; j < largest.size(); ++j)
-    result.regions[j].torque = (basis.parametric ? kBeyond : 1.0) * largest[j];
+    result.regions[j].torque = (basis.parametric ? kSettings.discrepancy.beyond : 1.0) * largest[j];
   return result;
 }
 

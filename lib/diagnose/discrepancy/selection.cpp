@@ -8,21 +8,11 @@
 #include "diagnose/discrepancy/left_out_fit.hpp"
 #include "diagnose/discrepancy/remainder_search.hpp"
 #include "diagnose/fit/free_runs.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kWorthwhile = 0.02;      // logarithm of the error that a larger model must gain
-constexpr double kEnough = 1.03;          // noise, RMS: no model can do much better
-constexpr std::size_t kMostWindows = 40;  // of free runs by which models are compared,
-constexpr double kCoarseStep = 4e-3;      // s, of the integration
-constexpr double kEffects = 0.1;          // one with effects in the place of a remainder alone,
-constexpr double kPerGroup = 0.22;        // and a remainder of one group more: a fifth of the error,
-constexpr double kManyTerms = 0.1;        // and what is no law
-constexpr double kNoImitation = 0.1;      // of the squares that others leave, which a cause then leaves,
-constexpr double kAll = 0.98;             // unless they leave next to nothing
-constexpr double kCarried = 3.0;          // times the error, of a recording by what the others say: no more
 
 /// Seconds of all windows.
 double duration(const std::vector<Segment>& windows, const std::vector<Measured>& data) {
@@ -42,7 +32,8 @@ Discrepancy::Dependence judged(Discrepancy::Dependence on, const Shares& predict
   double before = 0.0;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     const bool imitates = static_cast<Cause>(i) >= Cause::time;
-    const bool needed = before < kAll && 1.0 - predicted[i] <= kNoImitation * (1.0 - before);
+    const bool needed = before < kSettings.discrepancy.imitates_all &&
+                        1.0 - predicted[i] <= kSettings.discrepancy.no_imitation * (1.0 - before);
     if (!imitates || needed) on.explained[i] = std::max(on.explained[i], predicted[i]);
     before = std::max(before, predicted[i]);
   }
@@ -50,8 +41,8 @@ Discrepancy::Dependence judged(Discrepancy::Dependence on, const Shares& predict
 }
 
 double penalty(const RemainderSearch::Basis& basis) {
-  return kPerGroup * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
-         (basis.parametric ? 0.0 : kManyTerms);
+  return kSettings.discrepancy.per_group * static_cast<double>(std::max<std::size_t>(basis.groups.size(), 1) - 1) +
+         (basis.parametric ? 0.0 : kSettings.discrepancy.many_terms);
 }
 
 /// Keeps what predicts windows best that were left out. What is worse than the worst window of the first model counts
@@ -73,19 +64,19 @@ class Choice {
       return sum;
     };
     double with_all = 0.0, left_out = 0.0;
-    for (int fold = 0; fold < kFolds; ++fold) {
+    for (int fold = 0; fold < kSettings.discrepancy.folds; ++fold) {
       with_all += squares(fit, fold);
       left_out += squares(without[static_cast<std::size_t>(fold)], fold);
     }
-    return left_out < kCarried * kCarried * with_all;
+    return left_out < kSettings.discrepancy.carried * kSettings.discrepancy.carried * with_all;
   }
 
   /// `remainder`: learnt without the windows of a fold, or from all (-1); `penalty` for what it consists of.
   void consider(const Fit& fit, const Discrepancy::Dependence& remaining, double penalty,
                 const std::function<Remainder(int)>& remainder) {
-    if (lowest_ < std::log(kEnough * explanation_.noise_rms())) return;
+    if (lowest_ < std::log(kSettings.discrepancy.enough * explanation_.noise_rms())) return;
     std::vector<double> errors;
-    for (int fold = 0; fold < kFolds; ++fold) {
+    for (int fold = 0; fold < kSettings.discrepancy.folds; ++fold) {
       const std::vector<double> more = errors_in({fit.plant, fit.effects, remainder(fold)}, fold);
       errors.insert(errors.end(), more.begin(), more.end());
     }
@@ -93,8 +84,8 @@ class Choice {
     double squares = 0.0;
     for (const double error : errors) squares += std::pow(std::min(error, worst_), 2);
     const double cost = 0.5 * std::log(squares / static_cast<double>(errors.size())) +
-                        kEffects * double(!fit.effects.empty()) + penalty;
-    if (!(cost < lowest_ - kWorthwhile)) return;
+                        kSettings.discrepancy.per_effects * double(!fit.effects.empty()) + penalty;
+    if (!(cost < lowest_ - kSettings.discrepancy.worthwhile)) return;
     lowest_ = cost;
     best_ = {fit, remainder(-1), remaining, {}};
   }
@@ -107,7 +98,8 @@ class Choice {
   std::vector<double> errors_in(const Corrected& model, int fold) const {
     const std::vector<Segment>& windows = explanation_.measured->response->windows();
     std::size_t seen = 0;
-    const std::size_t every = 1 + static_cast<std::size_t>(duration(windows, data_) / horizon_) / kMostWindows;
+    const std::size_t every = 1 + static_cast<std::size_t>(duration(windows, data_) / horizon_) /
+                                      std::size_t{kSettings.discrepancy.most_windows};
     const auto wanted = [&](const Segment& run) {
       if (seen++ % every != 0) return false;
       for (std::size_t w = 0; w < windows.size(); ++w) {
@@ -117,7 +109,7 @@ class Choice {
       }
       return false;
     };
-    const double step = std::max(explanation_.max_step, kCoarseStep);
+    const double step = std::max(explanation_.max_step, kSettings.discrepancy.coarse_step);
     return free_runs(model, data_, motion_, horizon_, false, step, wanted).window_rms;
   }
 

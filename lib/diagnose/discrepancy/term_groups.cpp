@@ -3,23 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "diagnose/settings.hpp"
+
 namespace bayesctrl {
 
 namespace {
-
-constexpr int kRbfs = 36;              // along each input
-constexpr int kFineRbfs = 72;          // where edges are sharp
-constexpr int kStateRbfs = 7;          // along each side of the grid over position and velocity
-constexpr int kProductRbfs = 18;       // along the first of two causes
-constexpr int kPastRbfs = 12;          // along what is remembered, for each time constant
-constexpr double kTimeStep = 0.1;      // s between centres in time, the same in all recordings
-constexpr double kSlowStep = 3.0;      // s between centres in the time of one recording
-constexpr double kChangeStep = 0.25;   // s between centres in time of what changes a gain or a drag
-constexpr int kRelays = 12;            // along the positions
-constexpr double kSlowestSwing = 4.0;  // rad/s
-constexpr double kFastestSwing = 40.0;
-constexpr double kRare = 0.05;  // of the samples, on either side of where fine terms lie
-constexpr double kSlow = 0.01;  // of the highest speed: dry friction is smooth over it
 
 using Terms = std::vector<Term>;
 
@@ -45,17 +33,17 @@ std::pair<double, double> most_of(const std::vector<Trajectory>& paths, Eigen::M
   const auto at = [&](double part) {
     return all[static_cast<std::size_t>(part * static_cast<double>(all.size() - 1))];
   };
-  return {at(kRare), at(1.0 - kRare)};
+  return {at(kSettings.discrepancy.rare), at(1.0 - kSettings.discrepancy.rare)};
 }
 
 Terms velocity_terms(const OperatingRange& s, int joint) {
-  Terms list = rbfs<RbfVelocity>(joint, -s.speed, s.speed, kRbfs);
+  Terms list = rbfs<RbfVelocity>(joint, -s.speed, s.speed, kSettings.discrepancy.rbfs);
   for (const double part : {0.005, 0.03, 0.15}) list.push_back({SignVelocity{part * s.speed}, joint});
   return list;
 }
 
 Terms input_terms(const OperatingRange& s, int joint) {
-  Terms list = rbfs<RbfInput>(joint, -s.input, s.input, kRbfs);
+  Terms list = rbfs<RbfInput>(joint, -s.input, s.input, kSettings.discrepancy.rbfs);
   for (const double part : {0.01, 0.1}) list.push_back({SignInput{part * s.input}, joint});
   return list;
 }
@@ -63,9 +51,10 @@ Terms input_terms(const OperatingRange& s, int joint) {
 /// Quick in what all recordings share, slow in each one alone.
 Terms time_terms(const OperatingRange& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  Terms list = rbfs<RbfTime>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kTimeStep)));
+  Terms list =
+      rbfs<RbfTime>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kSettings.discrepancy.time_step)));
   for (std::size_t r = 0; r < s.durations.size(); ++r) {
-    const int count = std::max(2, static_cast<int>(s.durations[r] / kSlowStep) + 1);
+    const int count = std::max(2, static_cast<int>(s.durations[r] / kSettings.discrepancy.slow_time_step) + 1);
     Terms slow = rbfs<RbfTime>(joint, 0.0, s.durations[r], count);
     for (Term& term : slow) term.recording = static_cast<int>(r);
     append(list, slow);
@@ -77,7 +66,7 @@ Terms time_terms(const OperatingRange& s, int joint) {
 template <class B>
 Terms changing_terms(const OperatingRange& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  return rbfs<B>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kChangeStep)));
+  return rbfs<B>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kSettings.discrepancy.change_step)));
 }
 
 /// With several time constants. `more`: the other parameters.
@@ -106,8 +95,8 @@ std::vector<Terms> histories(const OperatingRange& s, int joint) {
   list.push_back(late_terms<Quantity::velocity>(joint));
   list.push_back(late_terms<Quantity::position>(joint));
   list.push_back(slow_terms<WarmViscous>(joint));
-  list.push_back(slow_terms<WarmDry>(joint, kSlow * s.speed));
-  list.push_back(slow_terms<Reversal>(joint, kSlow * s.speed));
+  list.push_back(slow_terms<WarmDry>(joint, kSettings.discrepancy.slow * s.speed));
+  list.push_back(slow_terms<Reversal>(joint, kSettings.discrepancy.slow * s.speed));
   Terms& plays = list.emplace_back();
   for (const double part : {0.005, 0.02, 0.06, 0.15, 0.3}) {
     plays.push_back({Play{part * (s.highest - s.lowest)}, joint});
@@ -135,10 +124,11 @@ Terms hinges(int joint, double most) {
 }
 
 Terms state_terms(const OperatingRange& s, int joint) {
-  const double dq = (s.highest - s.lowest) / (kStateRbfs - 1), dv = 2.0 * s.speed / (kStateRbfs - 1);
+  const double dq = (s.highest - s.lowest) / (kSettings.discrepancy.state_rbfs - 1),
+               dv = 2.0 * s.speed / (kSettings.discrepancy.state_rbfs - 1);
   Terms list;
-  for (int a = 0; a < kStateRbfs; ++a) {
-    for (int b = 0; b < kStateRbfs; ++b) {
+  for (int a = 0; a < kSettings.discrepancy.state_rbfs; ++a) {
+    for (int b = 0; b < kSettings.discrepancy.state_rbfs; ++b) {
       list.push_back({RbfState{s.lowest + a * dq, dq, -s.speed + b * dv, dv}, joint});
     }
   }
@@ -149,7 +139,8 @@ Terms state_terms(const OperatingRange& s, int joint) {
 template <class B>
 Terms past_terms(int joint, double most) {
   Terms list;
-  for (const double tau : {0.1, 0.3, 1.0}) append(list, rbfs<B>(joint, -most, most, kPastRbfs, tau));
+  for (const double tau : {0.1, 0.3, 1.0})
+    append(list, rbfs<B>(joint, -most, most, kSettings.discrepancy.past_rbfs, tau));
   return list;
 }
 
@@ -165,10 +156,10 @@ Terms late_sign_terms(int joint, double most) {
 
 /// Whether the joint has come from above or from below: hysteresis.
 Terms relay_terms(const OperatingRange& s, int joint) {
-  const double range = s.highest - s.lowest, step = range / kRelays;
+  const double range = s.highest - s.lowest, step = range / kSettings.discrepancy.relays;
   Terms list;
   for (const double part : {0.03, 0.08, 0.15, 0.25, 0.35}) {
-    for (int i = 1; i < kRelays; ++i) {
+    for (int i = 1; i < kSettings.discrepancy.relays; ++i) {
       list.push_back({Relay{.centre = s.lowest + i * step, .width = 0.25 * step, .half_gap = part * range}, joint});
     }
   }
@@ -180,7 +171,8 @@ template <Quantity kOf>
 Terms swing_terms(int joint) {
   Terms list;
   for (const auto& [damping, ratio] : {std::pair{0.04, 1.12}, {0.25, 1.5}}) {
-    for (double frequency = kSlowestSwing; frequency < kFastestSwing; frequency *= ratio) {
+    for (double frequency = kSettings.discrepancy.slowest_swing; frequency < kSettings.discrepancy.fastest_swing;
+         frequency *= ratio) {
       list.push_back({Swing<kOf, PointerPart::real>{frequency, damping}, joint});
       list.push_back({Swing<kOf, PointerPart::imaginary>{frequency, damping}, joint});
     }
@@ -204,7 +196,7 @@ std::vector<TermGroup> term_groups(const OperatingRange& s, const std::vector<Tr
   };
   using enum TermUse;
   const bool driven = s.input > 0.0;
-  add(Cause::position, compare, rbfs<RbfPosition>(joint, s.lowest, s.highest, kRbfs));
+  add(Cause::position, compare, rbfs<RbfPosition>(joint, s.lowest, s.highest, kSettings.discrepancy.rbfs));
   add(Cause::velocity, compare, velocity_terms(s, joint));
   if (driven) add(Cause::input, compare, input_terms(s, joint));
   add(Cause::time, compare, time_terms(s, joint));
@@ -213,12 +205,14 @@ std::vector<TermGroup> term_groups(const OperatingRange& s, const std::vector<Tr
   for (const Terms& form : forms) append(history, form);
   add(Cause::history, compare, history);
   add(Cause::velocity, rich, state_terms(s, joint));
-  add(Cause::velocity, rich, rbfs<PositionDrag>(joint, s.lowest, s.highest, kProductRbfs));
-  add(Cause::velocity, rich, rbfs<PositionDry>(joint, s.lowest, s.highest, kProductRbfs, kSlow * s.speed));
+  add(Cause::velocity, rich, rbfs<PositionDrag>(joint, s.lowest, s.highest, kSettings.discrepancy.product_rbfs));
+  add(Cause::velocity, rich,
+      rbfs<PositionDry>(joint, s.lowest, s.highest, kSettings.discrepancy.product_rbfs,
+                        kSettings.discrepancy.slow * s.speed));
   if (driven) {
-    add(Cause::input, rich, rbfs<PositionGain>(joint, s.lowest, s.highest, kProductRbfs));
-    add(Cause::input, rich, rbfs<VelocityGain>(joint, -s.speed, s.speed, kProductRbfs));
-    add(Cause::input, rich, rbfs<RbfInput>(joint, -s.input, s.input, kFineRbfs));
+    add(Cause::input, rich, rbfs<PositionGain>(joint, s.lowest, s.highest, kSettings.discrepancy.product_rbfs));
+    add(Cause::input, rich, rbfs<VelocityGain>(joint, -s.speed, s.speed, kSettings.discrepancy.product_rbfs));
+    add(Cause::input, rich, rbfs<RbfInput>(joint, -s.input, s.input, kSettings.discrepancy.fine_rbfs));
     add(Cause::time, rich, changing_terms<TimeGain>(s, joint));
     add(Cause::history, rich, past_terms<PastInput>(joint, s.input));
     add(Cause::history, rich, late_sign_terms<LatePush>(joint, s.input));
@@ -230,26 +224,26 @@ std::vector<TermGroup> term_groups(const OperatingRange& s, const std::vector<Tr
   add(Cause::history, rich, relay_terms(s, joint));
   add(Cause::history, rich, swing_terms<Quantity::position>(joint));
   const auto [left, right] = most_of(paths, &Trajectory::position, joint);
-  add(Cause::position, rich, rbfs<RbfPosition>(joint, left, right, kFineRbfs));
+  add(Cause::position, rich, rbfs<RbfPosition>(joint, left, right, kSettings.discrepancy.fine_rbfs));
   const auto [slowest, quickest] = most_of(paths, &Trajectory::velocity, joint);
-  add(Cause::velocity, rich, rbfs<RbfVelocity>(joint, slowest, quickest, kFineRbfs));
+  add(Cause::velocity, rich, rbfs<RbfVelocity>(joint, slowest, quickest, kSettings.discrepancy.fine_rbfs));
 
   for (const Terms& form : forms) add(Cause::history, parametric, form);
   add(Cause::position, parametric,
       powers<PowerPosition>(joint, {{0, false}, {1, true}, {1, false}, {2, true}, {2, false}, {3, true}}));
   add(Cause::velocity, parametric,
       powers<PowerVelocity>(joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
-  groups.back().terms.push_back({SignVelocity{kSlow * s.speed}, joint});
+  groups.back().terms.push_back({SignVelocity{kSettings.discrepancy.slow * s.speed}, joint});
   const auto with_position = {std::pair{0.0, false}, {1.0, true}, {1.0, false}, {2.0, false}};
   add(Cause::velocity, parametric, hinges<HingeVelocity>(joint, s.speed));
   Terms drags = powers<PowerDrag>(joint, with_position, true);
   append(drags, powers<PowerDrag>(joint, {{0, true}, {1, true}}, false));
   add(Cause::velocity, parametric, drags);
-  add(Cause::velocity, parametric, powers<PowerDry>(joint, with_position, kSlow * s.speed));
+  add(Cause::velocity, parametric, powers<PowerDry>(joint, with_position, kSettings.discrepancy.slow * s.speed));
   if (driven) {
     add(Cause::input, parametric,
         powers<PowerInput>(joint, {{0.5, true}, {1, true}, {1, false}, {1.5, true}, {2, true}, {2, false}}));
-    groups.back().terms.push_back({SignInput{kSlow * s.input}, joint});
+    groups.back().terms.push_back({SignInput{kSettings.discrepancy.slow * s.input}, joint});
     add(Cause::history, parametric, slew_terms(s, joint));
     add(Cause::input, parametric, hinges<HingeInput>(joint, s.input));
     add(Cause::input, parametric, powers<PowerGain>(joint, with_position));

@@ -10,24 +10,12 @@
 #include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/fit/runs.hpp"
 #include "diagnose/fit/shooting.hpp"
+#include "diagnose/settings.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kGain = 0.1;             // nats that a step must gain, else it was the last,
-constexpr double kGainOfSse = 1e-3;       // and of half the squares that are left
-constexpr double kShortestStep = 6e-4;    // s, of the integration
-constexpr double kNumericalShare = 0.05;  // of the noise
-constexpr double kJitter = 1.1;           // sample periods that one step may take
-constexpr int kLinearIterations = 8;
-constexpr int kExactIterations = 6;
-constexpr int kRoughIterations = 2;
-constexpr int kRounds = 3;         // of steps and polished starts
-constexpr int kTrials = 5;         // of the damping
-constexpr double kHopeless = 3.0;  // times the usual squares: such a fit is not worth many exact jacobian
-constexpr double kBehind = 1.5;    // times the squares of the best so far: not even worth a few
 
 /// What a fit's parameters are moved along: residuals from free runs, the Jacobian of the linear response or the exact
 /// one.
@@ -77,9 +65,9 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
   Descent descent(problem, current, exactly);
   least_squares(descent, current,
                 {.max_iterations = iterations,
-                 .max_trials = kTrials,
-                 .least_gain = kGain,
-                 .least_relative_gain = kGainOfSse,
+                 .max_trials = kSettings.fit.trials,
+                 .least_gain = kSettings.fit.least_gain,
+                 .least_relative_gain = kSettings.fit.least_relative_gain,
                  .floor = 0.5 * noise_sse(problem.response.rows())});
   return descent.jacobian();
 }
@@ -213,7 +201,8 @@ double adequate_step(const FitProblem& problem) {
   FitProblem fine = problem;
   double period = 0.0;  // from sample to sample: no step is longer, so none need be tried
   for (const Measured& m : problem.data) period = std::max(period, sample_period(m.time));
-  for (double step = std::min(problem.max_step, kJitter * period); step > kShortestStep; step *= 0.5) {
+  for (double step = std::min(problem.max_step, kSettings.fit.jitter * period); step > kSettings.fit.shortest_step;
+       step *= 0.5) {
     fine.max_step = step;
     FitProblem finer = fine;
     finer.max_step = 0.5 * step;
@@ -230,9 +219,9 @@ double adequate_step(const FitProblem& problem) {
       } catch (const NumericalError&) {
       }
     }
-    if (std::sqrt(squares / std::max(1.0, count)) < kNumericalShare) return step;
+    if (std::sqrt(squares / std::max(1.0, count)) < kSettings.fit.numerical_share) return step;
   }
-  return kShortestStep;
+  return kSettings.fit.shortest_step;
 }
 
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
@@ -241,18 +230,21 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
 
   // Jacobian of the linear response, then, with the worst initial states polished, of the machine itself.
   const double usual = noise_sse(problem.response.rows());
-  for (int round = 0; round < kRounds; ++round) {
-    descend(problem, current, false, kLinearIterations);
+  for (int round = 0; round < kSettings.fit.rounds; ++round) {
+    descend(problem, current, false, kSettings.fit.linear_iterations);
     const double before = current.sse;
     polish(problem, current);
-    if (current.sse <= usual || current.sse > kMuch * before) break;  // else the starts have misled the rest
+    if (current.sse <= usual || current.sse > kSettings.fit.recovered * before)
+      break;  // else the starts have misled the rest
   }
-  const bool hopeless = current.sse > kHopeless * usual && current.sse > kBehind * problem.best;
+  const bool hopeless =
+      current.sse > kSettings.fit.hopeless * usual && current.sse > kSettings.fit.behind * problem.best;
   if (current.sse > usual && !hopeless) {
-    Eigen::MatrixXd jacobian =
-        descend(problem, current, true, current.sse > kHopeless * usual ? kRoughIterations : kExactIterations);
-    if (recover(problem, current)) jacobian = descend(problem, current, true, kExactIterations);
-    current.refined = current.sse <= kHopeless * usual;
+    Eigen::MatrixXd jacobian = descend(
+        problem, current, true,
+        current.sse > kSettings.fit.hopeless * usual ? kSettings.fit.rough_iterations : kSettings.fit.exact_iterations);
+    if (recover(problem, current)) jacobian = descend(problem, current, true, kSettings.fit.exact_iterations);
+    current.refined = current.sse <= kSettings.fit.hopeless * usual;
     weigh(problem, current, jacobian);
     return current;
   }
@@ -272,8 +264,8 @@ double sse_at(const FitProblem& problem, std::vector<Effect> effects, const std:
 
 Fit refined(const FitProblem& problem, Fit current) {
   current.refined = true;
-  Eigen::MatrixXd jacobian = descend(problem, current, true, kExactIterations);
-  if (recover(problem, current)) jacobian = descend(problem, current, true, kExactIterations);
+  Eigen::MatrixXd jacobian = descend(problem, current, true, kSettings.fit.exact_iterations);
+  if (recover(problem, current)) jacobian = descend(problem, current, true, kSettings.fit.exact_iterations);
   weigh(problem, current, jacobian);
   return current;
 }

@@ -3,6 +3,7 @@
 #include "diagnose/fit/segment_state.hpp"
 #include "diagnose/fit/unknowns.hpp"
 #include "diagnose/motion/linear_response.hpp"
+#include "diagnose/settings.hpp"
 #include "numerics/least_squares.hpp"
 
 namespace bayesctrl {
@@ -45,9 +46,9 @@ struct FitProblem {
   const std::vector<Measured>& data;
   const LinearResponse& response;
   const Forcing& forcing;
-  double penalty = 3.0;     // nats per effect
-  double max_step = 0.011;  // s, of the integration
-  double best = kInfinity;  // SSE of the best fit so far
+  double penalty = kSettings.search.effect_penalty;  // nats per effect
+  double max_step = 0.011;                           // s, of the integration
+  double best = kInfinity;                           // SSE of the best fit so far
 };
 
 /// Covariance and evidence of a fit, by Laplace's approximation.

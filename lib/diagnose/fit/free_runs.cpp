@@ -4,15 +4,9 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
-
-namespace {
-
-constexpr int kWindowRounds = 6;
-constexpr double kStepOfRemainder = 5e-3;  // s: its terms can be steep
-
-}  // namespace
 
 Remainder::Memory remember(const Remainder& remainder, const Measured& data, const Trajectory& path, std::size_t from,
                            std::size_t to, Remainder::Memory memory) {
@@ -31,7 +25,7 @@ Remainder::Memory remember(const Remainder& remainder, const Measured& data, con
 FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
                    double horizon, bool new_recordings, double max_step,
                    const std::function<bool(const Segment&)>& wanted) {
-  if (!model.remainder.empty()) max_step = std::min(max_step, kStepOfRemainder);
+  if (!model.remainder.empty()) max_step = std::min(max_step, kSettings.fit.remainder_step);
   FreeRuns result;
   const int n = joints(model.plant);
   std::vector<Effect> effects = model.effects;
@@ -80,7 +74,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     result.samples += static_cast<double>(size * n);
     try {
       start = fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); },
-                                start, kWindowRounds, precision_of(start, data[r]));
+                                start, kSettings.fit.free_run_iterations, precision_of(start, data[r]));
       lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);

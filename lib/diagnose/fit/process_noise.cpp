@@ -3,15 +3,11 @@
 #include <utility>
 
 #include "diagnose/fit/linear_jacobian.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr int kIntensityRounds = 3;  // of intensity and parameters
-constexpr int kIterations = 8;       // of parameters
-constexpr int kWhitenedTrials = 4;   // of the damping
-constexpr double kLeastGain = 0.01;  // nats, below which steps end
 
 /// What the effects and the adjusted plant explain along the motion: rows of the response.
 Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
@@ -72,16 +68,19 @@ Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& whit
   renew_priors(fit.unknowns, fit.effects);
   WhitenedFit descent(whitened);
   fit = descent.evaluated(std::move(fit));
-  least_squares(descent, fit, {.max_iterations = kIterations, .max_trials = kWhitenedTrials, .least_gain = kLeastGain});
+  least_squares(descent, fit,
+                {.max_iterations = kSettings.fit.whitened_iterations,
+                 .max_trials = kSettings.fit.whitened_trials,
+                 .least_gain = kSettings.fit.whitened_gain});
   weigh(whitened, fit, descent.jacobian());
   return fit;
 }
 
 Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit) {
   Eigen::VectorXd intensity;
-  for (int round = 0; round < kIntensityRounds; ++round) {
+  for (int round = 0; round < kSettings.fit.intensity_rounds; ++round) {
     intensity = problem.response.likely_intensity(problem.response.target() - explained(problem, fit));
-    if (round + 1 == kIntensityRounds) break;
+    if (round + 1 == kSettings.fit.intensity_rounds) break;
     fit = fit_with_process_noise(problem, problem.response.with_process_noise(intensity), std::move(fit));
   }
   return intensity;

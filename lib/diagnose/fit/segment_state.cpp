@@ -2,19 +2,10 @@
 
 #include <algorithm>
 
+#include "diagnose/settings.hpp"
 #include "numerics/least_squares.hpp"
 
 namespace bayesctrl {
-
-namespace {
-
-constexpr int kPieces = 4;            // of a step whose input is a straight line
-constexpr double kDamping = 1e-6;     // at first
-constexpr int kSegmentTrials = 6;     // of the damping
-constexpr double kLittle = 1e-3;      // of the squares: no round that gains less is worth it
-constexpr double kAsPromised = 0.05;  // of the gain by which it misses what the jacobian promised: they hold further
-
-}  // namespace
 
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
@@ -80,7 +71,7 @@ class Shot {
 
   QuadraticModel model(const Tried& now, double agreement) {
     QuadraticModel model;
-    model.kept = jacobian_.size() > 0 && agreement < kAsPromised;
+    model.kept = jacobian_.size() > 0 && agreement < kSettings.fit.kept_jacobian;
     if (!model.kept) differentiate(now);
     weight_ = weights_of(precision_, now.residual);
     model.hessian = jacobian_.transpose() * jacobian_;
@@ -115,10 +106,10 @@ SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const Segment
   Tried best = shot.at(start);
   least_squares(shot, best,
                 {.max_iterations = rounds,
-                 .max_trials = kSegmentTrials,
-                 .damping = kDamping,
-                 .least_relative_gain = kLittle,
-                 .least_promise = kLittle});
+                 .max_trials = kSettings.fit.segment_trials,
+                 .damping = kSettings.fit.segment_damping,
+                 .least_relative_gain = kSettings.fit.segment_gain,
+                 .least_promise = kSettings.fit.segment_gain});
   return best.x;
 }
 
@@ -137,11 +128,12 @@ std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& eff
 std::vector<Drive> drives_of(const Machine& machine, const Measured& data) {
   if (!data.linear_hold) return machine.drives(data.time, data.input);
   std::vector<double> time;
-  Eigen::MatrixXd input((data.input.rows() - 1) * kPieces + 1, data.input.cols());
+  Eigen::MatrixXd input((data.input.rows() - 1) * kSettings.fit.linear_hold_pieces + 1, data.input.cols());
   for (std::size_t k = 0; k + 1 < data.samples(); ++k) {
-    for (int i = 0; i < kPieces; ++i) {
-      input.row(static_cast<Eigen::Index>(time.size())) = input_at(data, k, (i + 0.5) / kPieces).transpose();
-      time.push_back(data.time[k] + (data.time[k + 1] - data.time[k]) * i / kPieces);
+    for (int i = 0; i < kSettings.fit.linear_hold_pieces; ++i) {
+      input.row(static_cast<Eigen::Index>(time.size())) =
+          input_at(data, k, (i + 0.5) / kSettings.fit.linear_hold_pieces).transpose();
+      time.push_back(data.time[k] + (data.time[k + 1] - data.time[k]) * i / kSettings.fit.linear_hold_pieces);
     }
   }
   input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(data.input.rows() - 1);

@@ -4,15 +4,11 @@
 
 #include "base/error.hpp"
 #include "diagnose/fit/runs.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr int kSegmentStateRounds = 8;  // of Levenberg-Marquardt
-constexpr double kUnusual = 1.0;        // standard deviations of squares that noise alone explains
-constexpr double kAstray = 3.0;         // times the usual squares, of a window that has gone astray,
-constexpr std::size_t kFew = 3;         // at most one of so many windows
 
 double sse_of(const FitProblem& problem, const Fit& fit, std::size_t w) {
   return fit.residual.segment(problem.response.first_row(w), problem.response.row_count(w)).squaredNorm();
@@ -21,7 +17,7 @@ double sse_of(const FitProblem& problem, const Fit& fit, std::size_t w) {
 /// The initial state of one segment and its residual by free runs, where that leaves less.
 void improve(const FitProblem& problem, const Runs& runs, Fit& fit, std::size_t w, const SegmentState& from) {
   const SegmentState x = fit_initial_state([&](const SegmentState& start) { return runs.residual(w, start); }, from,
-                                           kSegmentStateRounds, runs.precision(w, from));
+                                           kSettings.fit.segment_iterations, runs.precision(w, from));
   const Eigen::MatrixXd residual = runs.residual(w, x);
   if (!(problem.response.project(w, residual).squaredNorm() < sse_of(problem, fit, w))) return;
   take(problem, fit, w, residual);
@@ -31,7 +27,7 @@ void improve(const FitProblem& problem, const Runs& runs, Fit& fit, std::size_t 
 }  // namespace
 
 double noise_sse(Eigen::Index rows) {
-  return static_cast<double>(rows) + kUnusual * std::sqrt(2.0 * static_cast<double>(rows));
+  return static_cast<double>(rows) + kSettings.fit.noise_deviations * std::sqrt(2.0 * static_cast<double>(rows));
 }
 
 void simulate(const FitProblem& problem, Fit& fit, int rounds) {
@@ -61,9 +57,9 @@ bool recover(const FitProblem& problem, Fit& fit) {
   const std::vector<Segment>& windows = problem.response.windows();
   std::vector<std::size_t> astray;
   for (std::size_t w = 0; w < windows.size(); ++w) {
-    if (sse_of(problem, fit, w) > kAstray * noise_sse(problem.response.row_count(w))) astray.push_back(w);
+    if (sse_of(problem, fit, w) > kSettings.fit.astray * noise_sse(problem.response.row_count(w))) astray.push_back(w);
   }
-  if (astray.empty() || kFew * astray.size() > windows.size()) return false;
+  if (astray.empty() || std::size_t{kSettings.fit.one_astray_of} * astray.size() > windows.size()) return false;
   const Runs runs(problem, fit);
   const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data.size());
   const Eigen::Index states = 2 * joints(fit.plant);
@@ -80,7 +76,7 @@ bool recover(const FitProblem& problem, Fit& fit) {
     }
   }
   sum_up(fit);
-  return fit.sse < kMuch * before;
+  return fit.sse < kSettings.fit.recovered * before;
 }
 
 }  // namespace bayesctrl

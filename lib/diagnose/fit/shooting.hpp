@@ -4,9 +4,6 @@
 
 namespace bayesctrl {
 
-/// Share of the SSE below which better initial states must bring it, for the parameters to be adjusted once more.
-inline constexpr double kMuch = 0.5;
-
 /// The largest SSE that noise alone gives in so many rows.
 double noise_sse(Eigen::Index rows);
 

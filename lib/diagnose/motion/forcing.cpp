@@ -5,15 +5,12 @@
 #include <cmath>
 
 #include "diagnose/motion/hidden_torque.hpp"
+#include "diagnose/settings.hpp"
 #include "physics/machine/drive.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kPartOfStep = 4e-3;  // s: steps are looked at in the midst of parts of about this length,
-constexpr double kMostParts = 3.0;
-constexpr double kLongestStep = 0.01;  // s, of hidden states
 
 /// Expected sign of a velocity that is known up to `sd`.
 double soft_sign(double v, double sd) {
@@ -25,7 +22,8 @@ double soft_sign(double v, double sd) {
 Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
     : plant_(plant), data_(data), paths_(paths), joints_(joints(plant)) {
   parts_ =
-      static_cast<std::size_t>(std::clamp(std::round(shortest_sample_period(data_) / kPartOfStep), 1.0, kMostParts));
+      static_cast<std::size_t>(std::clamp(std::round(shortest_sample_period(data_) / kSettings.motion.forcing_part),
+                                          1.0, kSettings.motion.most_forcing_parts));
   for (std::size_t r = 0; r < data_.size(); ++r) {
     const Measured& m = data_[r];
     const Trajectory& path = paths_[r];
@@ -97,7 +95,8 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
         } else if constexpr (InertiaEffect<E>) {
           add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
         } else if constexpr (HiddenStateEffect<E>) {
-          const double h = std::min(kLongestStep, (m.time.back() - m.time.front()) / double(steps * parts_));
+          const double h =
+              std::min(kSettings.motion.hidden_state_step, (m.time.back() - m.time.front()) / double(steps * parts_));
           const std::function<double(const JointState&)> torque = hidden_torque(form, h);
           add([&](const Point& p) { return torque(seen(p)); });
         } else if constexpr (TiltEffect<E>) {

@@ -5,9 +5,6 @@
 
 namespace bayesctrl {
 
-/// Standard deviation of what an effect may do, as part of the nominal's torque.
-inline constexpr double kPriorShare = 0.2;
-
 /// What effects do along a known motion: the acceleration that each adds between neighbouring samples. Everything that
 /// does not depend on the effect is computed once.
 class Forcing {

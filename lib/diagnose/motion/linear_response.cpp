@@ -6,28 +6,28 @@
 #include <cmath>
 #include <numbers>
 
+#include "diagnose/settings.hpp"
 #include "numerics/minimize.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
-constexpr int kPolynomials = 4;   // 1, t, t^2, t^3: what cosines are slow to sum up
-constexpr double kWidest = 40.0;  // logarithm of a random acceleration's square against noise, at most
-
 /// Orthonormal slow modes of one window, samples x modes.
 Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& window, double fastest) {
   const auto samples = static_cast<Eigen::Index>(window.samples());
   const double length = time[window.last] - time[window.first];
-  const auto wanted = static_cast<Eigen::Index>(kPolynomials + 2.0 * fastest * length);
+  const auto wanted = static_cast<Eigen::Index>(kSettings.motion.polynomial_modes + 2.0 * fastest * length);
   const Eigen::Index count = std::max<Eigen::Index>(std::min(wanted, samples / 2), std::min<Eigen::Index>(samples, 4));
   Eigen::MatrixXd modes(samples, count);
   for (Eigen::Index i = 0; i < samples; ++i) {
     const double s = (time[window.first + static_cast<std::size_t>(i)] - time[window.first]) / length;
     const double x = 2.0 * s - 1.0;
     for (Eigen::Index m = 0; m < count; ++m) {
-      modes(i, m) = m < kPolynomials ? std::pow(x, m)
-                                     : std::cos(std::numbers::pi * static_cast<double>(m - kPolynomials + 2) * s);
+      modes(i, m) =
+          m < kSettings.motion.polynomial_modes
+              ? std::pow(x, m)
+              : std::cos(std::numbers::pi * static_cast<double>(m - kSettings.motion.polynomial_modes + 2) * s);
     }
   }
   return modes.householderQr().householderQ() * Eigen::MatrixXd::Identity(samples, count);
@@ -206,7 +206,8 @@ Eigen::VectorXd LinearResponse::likely_intensity(const Eigen::VectorXd& residual
   const Eigen::VectorXd middle = Eigen::VectorXd::Constant(joints_, std::log(std::max(scale, 1e-300)));
   const Eigen::VectorXd start =
       (std::log(std::max(residual.squaredNorm() / static_cast<double>(rows_), 1e-300)) - middle.array()).matrix();
-  const Eigen::VectorXd low = (-middle.array() - kWidest).matrix(), high = (-middle.array() + kWidest).matrix();
+  const Eigen::VectorXd low = (-middle.array() - kSettings.motion.intensity_range).matrix(),
+                        high = (-middle.array() + kSettings.motion.intensity_range).matrix();
   const MinimizeSummary found = minimize(cost, start, low, high, {.max_evaluations = 60, .relative_tolerance = 1e-6});
   return (0.5 * found.x.array()).exp().matrix();
 }

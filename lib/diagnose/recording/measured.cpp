@@ -5,12 +5,11 @@
 #include <numbers>
 
 #include "base/fields.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kGap = 8.0;  // sample periods
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -53,7 +52,7 @@ std::vector<Segment> stretches(const Measured& measured, std::size_t recording) 
   std::vector<Segment> list;
   const std::vector<double>& t = measured.time;
   if (t.empty()) return list;
-  const double gap = kGap * sample_period(t);
+  const double gap = kSettings.recording.gap_periods * sample_period(t);
   std::size_t first = 0;
   for (std::size_t k = 1; k <= t.size(); ++k) {
     if (k < t.size() && t[k] - t[k - 1] <= gap) continue;

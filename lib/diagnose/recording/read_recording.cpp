@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "base/format.hpp"
+#include "diagnose/settings.hpp"
 #include "io/files.hpp"
 #include "io/text.hpp"
 
@@ -16,7 +17,6 @@ namespace bayesctrl {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
-constexpr std::size_t kFewest = 8;  // samples, below which a file is no recording
 
 std::string_view trimmed(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; };
@@ -245,7 +245,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     if (!kept.empty() && time[i] == time[kept.back()]) continue;
     kept.push_back(i);
   }
-  if (kept.size() < kFewest) {
+  if (kept.size() < std::size_t{kSettings.recording.fewest_samples}) {
     throw DataError({path}, "only " + std::to_string(kept.size()) + " samples" +
                                 (file.from || file.to ? " between from and to" : "") + ": too short a recording");
   }

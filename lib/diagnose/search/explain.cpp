@@ -7,26 +7,12 @@
 
 #include "base/error.hpp"
 #include "diagnose/search/fits.hpp"
+#include "diagnose/settings.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kFloor = 1e-5;        // of the positions' response to the nominal: below it, numerics
-constexpr double kHopeless = 40.0;     // nats behind the best, beyond which a finding is not fitted,
-constexpr double kScreenError = 1e-3;  // and of the nats that the best explains: the screen is linear
-constexpr double kRelinearise = 1e-3;  // p-value of the best, below which the motion is linearised anew
-constexpr double kGain = 1.0;          // nats that a round must gain, else it was the last,
-constexpr double kGainOfSse = 0.005;   // and of half the squares that are left
-constexpr double kFarOff = 3.0;        // noise, RMS, left by the best: its motion is no better than the smoothed one
-constexpr std::size_t kKept = 5;       // best sets that are fitted again about another motion
-constexpr std::size_t kSmallSets = 3;  // that are enlarged by one simple effect
-constexpr int kAdditions = 3;          // to each of them
-constexpr int kAdjustments = 6;        // linear steps of free parameters
-constexpr int kRounds = 3;             // of linearisation
-constexpr double kPerEffect = 0.1;     // logarithm of the error that one effect more must gain,
-constexpr double kPerNumber = 0.22;    // and one number more: a fifth of it
 
 std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
                                          const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
@@ -112,7 +98,8 @@ Plant adjusted(const Plant& plant, const std::vector<Measured>& data, const std:
   if (options.free.empty()) return plant;
   Adjustment adjustment(data, paths, noise, options);
   Adjustment::Point point = adjustment.at(plant);
-  least_squares(adjustment, point, {.max_iterations = kAdjustments, .least_gain = kGain});
+  least_squares(adjustment, point,
+                {.max_iterations = kSettings.search.adjustments, .least_gain = kSettings.search.least_gain});
   return point.plant;
 }
 
@@ -123,7 +110,9 @@ double fast_rows(const LinearResponse& response, const std::vector<Segment>& win
 }
 
 /// Nats behind the best, beyond which a finding is not worth a fit.
-double hopeless_behind(const Finding& best) { return kHopeless + kScreenError * 0.5 * best.explained; }
+double hopeless_behind(const Finding& best) {
+  return kSettings.search.hopeless + kSettings.search.screen_error * 0.5 * best.explained;
+}
 
 /// The most promising findings of each size.
 void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictionary& dictionary,
@@ -159,7 +148,7 @@ void climb(Fits& fits, const Screen& screen, double hopeless, const Dictionary& 
       ++tried;
       fits.add(start_from(best.effects, std::move(effects)));
     }
-    if (result.p_value(best) < kRelinearise) {
+    if (result.p_value(best) < kSettings.search.relinearise) {
       for (std::vector<Effect>& effects : dry_relatives(best.effects)) fits.add(std::move(effects));
     }
     fits.add_subsets();
@@ -186,11 +175,11 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
     if (f->effects.size() <= 2 && !f->effects.empty()) small.emplace_back(cost(result.excess(*f), *f), *f);
   }
   std::sort(small.begin(), small.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  small.resize(std::min<std::size_t>(small.size(), kSmallSets));
+  small.resize(std::min<std::size_t>(small.size(), std::size_t{kSettings.search.small_sets}));
   for (const auto& [worth, fit] : small) {
     int more = 0;
     for (const Finding& finding : screen.neighbours(fit.effects)) {
-      if (more >= kAdditions) break;
+      if (more >= kSettings.search.additions) break;
       if (!adds_one_number(finding, fit.effects, dictionary)) continue;
       more += fits.extend(fit, finding.effects(dictionary)) ? 1 : 0;
     }
@@ -247,8 +236,8 @@ const Candidate& Explanation::without_effects() const {
 }
 
 double cost(double error, const Fit& fit) {
-  return std::log(std::max(error, 1e-300)) + kPerEffect * static_cast<double>(fit.effects.size()) +
-         kPerNumber * static_cast<double>(fit.unknowns.size());
+  return std::log(std::max(error, 1e-300)) + kSettings.search.per_effect * static_cast<double>(fit.effects.size()) +
+         kSettings.search.per_number * static_cast<double>(fit.unknowns.size());
 }
 
 double Explanation::p_value(const Fit& fit) const {
@@ -272,7 +261,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
   Fits fits(nominal, result.given, data, options);
   std::vector<std::vector<Effect>> kept;  // the best sets of the round before,
   double reached = -kInfinity;            // and the evidence of the best
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSettings.search.rounds; ++round) {
     std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
     result.rows = static_cast<double>(about->response->rows());
     result.max_step = fits.about(about);
@@ -287,10 +276,12 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     result.linearisation = about;
     const double left = result.excess(result.best().fit);
     const double evidence = result.best().fit.log_evidence;
-    const double gain = std::max(kGain, kGainOfSse * 0.5 * result.best().fit.sse);
+    const double gain =
+        std::max(kSettings.search.least_gain, kSettings.search.least_relative_gain * 0.5 * result.best().fit.sse);
     const bool settled = round > 0 && evidence < reached + gain;
-    if (settled || result.p_value(result.best().fit) > kRelinearise || left > kFarOff || round + 1 == kRounds) {
-      if (left <= kFarOff) break;
+    if (settled || result.p_value(result.best().fit) > kSettings.search.relinearise ||
+        left > kSettings.search.far_off || round + 1 == kSettings.search.rounds) {
+      if (left <= kSettings.search.far_off) break;
       // Where even the best leaves much, simple laws with a remainder are wanted as well.
       fit_small_sets(fits, screen, about->dictionary, result);
       fits.refine();
@@ -299,7 +290,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     }
     reached = evidence;
     kept.clear();
-    for (std::size_t i = 0; i < std::min(kKept, result.candidates.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(std::size_t{kSettings.search.kept_sets}, result.candidates.size()); ++i) {
       kept.push_back(result.candidates[i].fit.effects);
     }
     paths = simulated(fits.problem(), result.best().fit, about->paths);
@@ -320,7 +311,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
       squares += q.square().sum();
       count += static_cast<double>(q.size());
     }
-    result.noise[j] = std::max(result.noise[j], kFloor * std::sqrt(squares / count) + 1e-12);
+    result.noise[j] = std::max(result.noise[j], kSettings.search.numerical_floor * std::sqrt(squares / count) + 1e-12);
   }
   const std::vector<Trajectory> paths = smooth_all(given, data, result.noise);
   const std::vector<Segment> parts = windows(data, options.window);
@@ -329,14 +320,16 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     const Eigen::VectorXd ratio = first.noise_ratio();
     result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
     for (Eigen::Index j = 0; j < ratio.size(); ++j) {
-      if (result.fast_rows > 200.0 && ratio[j] > 0.5 && ratio[j] < 1.5) result.noise[j] *= ratio[j];
+      if (result.fast_rows > kSettings.search.fewest_fast_rows && ratio[j] > kSettings.search.least_noise_ratio &&
+          ratio[j] < kSettings.search.most_noise_ratio)
+        result.noise[j] *= ratio[j];
     }
   }
 
   result.start = adjusted(given, data, paths, result.noise, options);
   explore(result, data, paths, options);
   // Free parameters that alone explain best may be far from where effects leave them.
-  if (!options.free.empty() && result.excess(result.best().fit) > kFarOff) {
+  if (!options.free.empty() && result.excess(result.best().fit) > kSettings.search.far_off) {
     Explanation other = result;
     other.start = given;
     try {

@@ -6,6 +6,7 @@
 #include "diagnose/fit/fit.hpp"
 #include "diagnose/search/relatives.hpp"
 #include "diagnose/search/screen.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
@@ -53,13 +54,13 @@ struct Explanation {
 double cost(double error, const Fit& fit);
 
 struct ExplainOptions {
-  std::vector<std::size_t> allowed;  // indices of EffectForm
-  std::vector<std::string> free;     // nominal parameters
-  double window = 2.0;               // s
-  double fastest_mode = 10.0;        // Hz, of what mechanics does
-  double penalty = 3.0;              // nats per effect
-  int refined = 8;                   // findings of the screen that are fitted, at least
-  int neighbours = 6;                // sets next to the best one that are fitted in each round
+  std::vector<std::size_t> allowed;                     // indices of EffectForm
+  std::vector<std::string> free;                        // nominal parameters
+  double window = kSettings.motion.segment;             // s
+  double fastest_mode = kSettings.motion.fastest_mode;  // Hz, of what mechanics does
+  double penalty = kSettings.search.effect_penalty;     // nats per effect
+  int refined = kSettings.search.fitted_findings;       // findings of the screen that are fitted, at least
+  int neighbours = kSettings.search.neighbours;         // sets next to the best one that are fitted in each round
 };
 
 /// Stages 1 to 5: noise, motion, screen of all sets of up to three effects, fits of the most promising and of all their

@@ -3,17 +3,11 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr int kSubsetsOf = 4;          // best candidates whose subsets are all fitted
-constexpr double kClose = 20.0;        // nats behind the best, within which fits are brought to their true optima,
-constexpr std::size_t kFinalists = 6;  // this many of them,
-constexpr double kNested = 2000.0;     // and what the best contains, within this many nats
-constexpr double kConvergence = 0.5;   // nats that a new start must gain
-constexpr double kLost = 10.0;         // times what the best leaves, about another motion: not fitted once more
 
 /// Starts of windows for a set from those of another: the same is shown by other sensors.
 std::vector<SegmentState> as_shown(std::vector<SegmentState> starts, const Machine& from, const Machine& to) {
@@ -47,7 +41,8 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   // What was found about another motion is the better start, and enough where it is lost.
   std::vector<SegmentState> starts;
   if (const auto old = stale_.find(name); old != stale_.end()) {
-    if (!effects.empty() && old->second.sse > kLost * (problem().best + 2.0 * kNested)) {
+    if (!effects.empty() &&
+        old->second.sse > kSettings.search.lost * (problem().best + 2.0 * kSettings.search.nested)) {
       return &fits_.insert_or_assign(name, old->second).first->second;
     }
     effects = old->second.effects;
@@ -77,7 +72,7 @@ void Fits::add_subsets() {
   for (bool grew = true; grew;) {
     grew = false;
     const std::vector<const Fit*> best = ranked();
-    for (std::size_t i = 0; i < std::min<std::size_t>(kSubsetsOf, best.size()); ++i) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(kSettings.search.subsets_of, best.size()); ++i) {
       const std::vector<Effect> effects = best[i]->effects;
       for (std::size_t drop = 0; drop < effects.size(); ++drop) {
         const std::vector<Effect> fewer = without(effects, drop);
@@ -110,7 +105,7 @@ void Fits::refine() {
     again = false;
     const std::vector<Fit> list = finalists();
     for (std::size_t i = 0; i < list.size() && !again; ++i) {
-      if (list[i].refined || list.front().log_evidence - list[i].log_evidence > kNested) continue;
+      if (list[i].refined || list.front().log_evidence - list[i].log_evidence > kSettings.search.nested) continue;
       fits_.insert_or_assign(key(list[i].effects), refined(problem(), list[i]));
       again = true;
     }
@@ -120,7 +115,7 @@ void Fits::refine() {
         const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
         if (starts.empty()) continue;
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
-        if (list[k].sse > known - kConvergence) continue;
+        if (list[k].sse > known - kSettings.search.convergence) continue;
         known = list[k].sse;
         const Machine from(list[k].plant, list[k].effects);
         for (const std::vector<Effect>& start : starts) {
@@ -159,7 +154,7 @@ std::vector<Fit> Fits::finalists() const {
   for (const std::vector<Effect>& equivalent : equivalents(set)) subsets.insert(key(equivalent));
   for (const Fit* fit : best) {
     const double behind = best.front()->log_evidence - fit->log_evidence;
-    const bool close = behind < kClose && list.size() < kFinalists;
+    const bool close = behind < kSettings.search.close && list.size() < std::size_t{kSettings.search.finalists};
     if (close || subsets.contains(key(fit->effects))) list.push_back(*fit);
   }
   return list;
@@ -171,7 +166,7 @@ bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentSt
     Fit& known = fits_.at(key(start));
     if (sse_at(problem(), start, starts) >= known.sse) return false;
     Fit tried = refined(problem(), fit(problem(), start, starts));
-    if (tried.log_evidence < known.log_evidence + kConvergence) return false;
+    if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);
     return true;
   } catch (const NumericalError&) {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <optional>
 
+#include "diagnose/settings.hpp"
+
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kSecondLaw = 0.3;  // of the level of a first law of dry friction, where a second one starts
 
 /// Laws of one kind that reduce to a simpler one, from that one on.
 std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
@@ -102,7 +102,7 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
       swapped[e].form = form;
       if (form.index() != set[e].form.index()) list.push_back(std::move(swapped));
     }
-    for (const EffectForm& form : dry_laws(part_of(plain[e].form, kSecondLaw))) {
+    for (const EffectForm& form : dry_laws(part_of(plain[e].form, kSettings.search.second_law))) {
       std::vector<Effect> larger = set;
       larger.push_back({form, set[e].joint, -1});
       if (form.index() != set[e].form.index() && larger.size() <= 3) list.push_back(std::move(larger));

@@ -5,16 +5,17 @@
 #include <cmath>
 #include <set>
 
+#include "diagnose/settings.hpp"
+
 namespace bayesctrl {
 
 namespace {
 
-constexpr int kMostColumns = 9;       // of one set
-constexpr double kSensorPrior = 0.2;  // rad of an offset, and part of a scale
 constexpr Eigen::Index kBatch = 64;
 
-using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostColumns, kMostColumns>;
-using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostColumns, 1>;
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kSettings.search.most_columns,
+                            kSettings.search.most_columns>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSettings.search.most_columns, 1>;
 
 bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
 
@@ -35,8 +36,8 @@ Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, con
 }
 
 Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
-  std::array<int, kMostColumns> index{};
-  std::array<bool, kMostColumns> bounded{}, active{};
+  std::array<int, kSettings.search.most_columns> index{};
+  std::array<bool, kSettings.search.most_columns> bounded{}, active{};
   int count = 0;
   for (const Atom* atom : atoms) {
     for (const int column : atom->columns) {
@@ -48,7 +49,7 @@ Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
   Value result;
   result.coefficients = SmallVector::Zero(count);
   for (int round = 0; round <= count; ++round) {
-    std::array<int, kMostColumns> used{};
+    std::array<int, kSettings.search.most_columns> used{};
     int size = 0;
     for (int i = 0; i < count; ++i) {
       if (active[static_cast<std::size_t>(i)]) used[static_cast<std::size_t>(size++)] = i;
@@ -225,7 +226,9 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
     for (Eigen::Index i = 0; i < size; ++i) {
       const bool sensor = channel(members[static_cast<std::size_t>(from + i)].form) == "sensor";
       const double rms = std::sqrt(squares[i] / total);
-      dictionary.scale[from + i] = sensor ? kSensorPrior : rms > 1e-9 * nominal ? kPriorShare * nominal / rms : 0.0;
+      dictionary.scale[from + i] = sensor                 ? kSettings.search.sensor_prior
+                                   : rms > 1e-9 * nominal ? kSettings.motion.prior_share * nominal / rms
+                                                          : 0.0;
       dictionary.columns.col(from + i) *= dictionary.scale[from + i];
     }
   }

@@ -5,6 +5,7 @@
 
 #include "diagnose/motion/forcing.hpp"
 #include "diagnose/motion/linear_response.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
@@ -47,10 +48,10 @@ struct Finding {
 };
 
 struct ScreenOptions {
-  int largest = 3;       // effects in a set
-  double penalty = 3.0;  // nats per effect
-  int keep = 100;        // pairs, and triples, that are returned
-  int beam = 40;         // pairs that are extended to triples
+  int largest = kSettings.search.most_effects;       // effects in a set
+  double penalty = kSettings.search.effect_penalty;  // nats per effect
+  int keep = kSettings.search.kept_findings;         // pairs, and triples, that are returned
+  int beam = kSettings.search.beam;                  // pairs that are extended to triples
 };
 
 /// Evidence of sets of effects for target = columns * coefficients + white noise of variance 1, coefficients standard

@@ -7,6 +7,7 @@
 
 #include "base/format.hpp"
 #include "diagnose/recording/read_recording.hpp"
+#include "diagnose/settings.hpp"
 #include "diagnose/verdict/judge.hpp"
 #include "diagnose/verdict/present.hpp"
 #include "diagnose/verdict/propose.hpp"
@@ -21,16 +22,6 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr double kWindow = 2.0;             // s, over which explanations are fitted
-constexpr double kFastestMode = 10.0;       // Hz, of the mechanics, at least
-constexpr double kBandwidth = 2.5;          // times the motion's mean frequency
-constexpr double kSamplesPerPeriod = 20.0;  // of the fastest mode; more are thinned out for the search
-constexpr double kShown = 1e-4;             // probability of an alternative that is listed
-constexpr double kLeastDuration = 1.0;      // s of recording
-constexpr double kLeastSamples = 60.0;
-constexpr double kLeastMotion = 5.0;  // of the noise, RMS: below, the machine never moved
-constexpr std::size_t kMostAlternatives = 10;
-
 /// Which recordings say enough to be diagnosed; a reason where they do not.
 std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
   double samples = 0.0, duration = 0.0;
@@ -38,8 +29,8 @@ std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd&
     samples += static_cast<double>(m.samples());
     duration += m.time.back();
   }
-  if (samples < kLeastSamples) return "only " + format(samples, 6) + " samples in all";
-  if (duration < kLeastDuration) return "only " + format(duration, 3) + " s of recording in all";
+  if (samples < kSettings.recording.least_samples) return "only " + format(samples, 6) + " samples in all";
+  if (duration < kSettings.recording.least_duration) return "only " + format(duration, 3) + " s of recording in all";
   double most = 0.0;
   for (const Measured& m : data) {
     for (Eigen::Index j = 0; j < noise.size(); ++j) {
@@ -47,8 +38,8 @@ std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd&
       most = std::max(most, std::sqrt(q.square().mean()) / std::max(noise[j], 1e-300));
     }
   }
-  if (most < kLeastMotion) return "the machine never moves beyond its sensor's noise";
-  if (windows(data, kWindow).empty()) return "no stretch of a second without a gap";
+  if (most < kSettings.recording.least_motion) return "the machine never moves beyond its sensor's noise";
+  if (windows(data, kSettings.motion.segment).empty()) return "no stretch of a second without a gap";
   return "";
 }
 
@@ -93,8 +84,9 @@ Diagnosis blank(const DiagnosisSpec& spec) {
 
 ExplainOptions search_options(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                               const Eigen::VectorXd& noise) {
-  const double fastest = std::max(kFastestMode, kBandwidth * mean_frequency(recordings, noise));
-  return {spec.effects, spec.model.free, kWindow * kFastestMode / fastest, fastest};
+  const double fastest =
+      std::max(kSettings.motion.fastest_mode, kSettings.motion.bandwidth * mean_frequency(recordings, noise));
+  return {spec.effects, spec.model.free, kSettings.motion.segment * kSettings.motion.fastest_mode / fastest, fastest};
 }
 
 Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, const ExplainOptions& options,
@@ -165,11 +157,12 @@ std::vector<Alternative> alternatives(const Search& search, const Judgement& jud
   const std::vector<const Candidate*>& equivalent = judgement.equivalence.sets;
   std::vector<Alternative> list;
   for (const Candidate& candidate : search.explanation.candidates) {
-    if (&candidate == &search.explanation.best() || candidate.probability < kShown) continue;
+    if (&candidate == &search.explanation.best() || candidate.probability < kSettings.verdict.shown_alternative)
+      continue;
     const bool counted = std::find(equivalent.begin(), equivalent.end(), &candidate) != equivalent.end();
     list.push_back({labels(candidate.fit.effects, joints), candidate.probability,
                     equation(candidate.fit.effects, joints), counted && judgement.says_effects()});
-    if (list.size() >= kMostAlternatives) break;
+    if (list.size() >= std::size_t{kSettings.verdict.most_alternatives}) break;
   }
   return list;
 }
@@ -265,7 +258,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
                  const StageBegins& stage, Diagnosed& result) {
   Diagnosis& diagnosis = result.diagnosis;
   const ExplainOptions options = search_options(spec, recordings, noise);
-  const std::vector<Measured> data = decimated(recordings, kSamplesPerPeriod * options.fastest_mode);
+  const std::vector<Measured> data = decimated(recordings, kSettings.motion.samples_per_period * options.fastest_mode);
   const Search found = search(spec, data, options, stage);
   stage(60, "testing what they leave");
   const AsGiven given = nominal_as_given(found);

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 
+#include "diagnose/settings.hpp"
+
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kSignificant = 1e-4;  // p-value of what the best explanation leaves
-constexpr double kNothing = 1e-5;      // p-value of the nominal alone, where no effect explains anything
-constexpr double kMaterial = 0.1;      // of the refit nominal's error
-constexpr double kEarned = 10.0;       // nats by which effects beside a remainder must beat it alone
-constexpr double kConfident = 0.9;     // probability, below which the verdict is `ambiguous`
 
 /// Where the best set leaves something: whether it is declined, and what stands in.
 void judge_remainder(Judgement& judgement, const Search& search, const Missing& missing) {
@@ -25,8 +21,8 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
   if (named_something) {
     odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, search.options.penalty);
   }
-  const bool earned = named_something && odds.log_odds > kEarned;
-  const bool declined = !earned || judgement.share > kMaterial;
+  const bool earned = named_something && odds.log_odds > kSettings.verdict.earned;
+  const bool declined = !earned || judgement.share > kSettings.verdict.material;
   if (declined) judgement.verdict = Verdict::unknown;
   std::optional<Discrepancy> anew;
   if (explanation.linearisation != explanation.measured) anew.emplace(search.about(), search.data);
@@ -57,12 +53,13 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   result.fit = search.best();
   result.equivalence = find_equivalent(explanation, search.spec.joints());
   result.p_given = p_given;
-  result.significant = explanation.p_value(search.best()) < (named_something ? kSignificant : kNothing);
+  result.significant = explanation.p_value(search.best()) <
+                       (named_something ? kSettings.verdict.significant : kSettings.verdict.nothing);
   if (result.significant) judge_remainder(result, search, missing);
-  const bool sure = result.equivalence.probability >= kConfident;
+  const bool sure = result.equivalence.probability >= kSettings.verdict.confident;
   if (result.verdict == Verdict::named && !sure) result.verdict = Verdict::ambiguous;
   result.parameters_explain =
-      result.verdict == Verdict::nothing_missing && p_given < kNothing && !search.options.free.empty();
+      result.verdict == Verdict::nothing_missing && p_given < kSettings.verdict.nothing && !search.options.free.empty();
   if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);
   return result;
 }

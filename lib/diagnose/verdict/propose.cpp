@@ -6,17 +6,11 @@
 
 #include "base/error.hpp"
 #include "base/format.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kRival = 1e-3;        // probability of a rival that is worth an experiment
-constexpr double kDuration = 10.0;     // s
-constexpr double kPeriod = 0.01;       // s,
-constexpr double kShownPeriod = 0.02;  // and of the signal in the report
-constexpr double kFurther = 2.0;       // times the recordings' way: no experiment leads further
-constexpr int kRounds = 5;             // of the rival's attempts to imitate
 
 struct Input {
   std::string text;
@@ -25,11 +19,12 @@ struct Input {
 
 /// Inputs within the amplitude of the recordings.
 std::vector<Input> family(double amplitude) {
-  const auto steps = static_cast<std::size_t>(kDuration / kPeriod);
+  const auto steps = static_cast<std::size_t>(kSettings.verdict.experiment / kSettings.verdict.experiment_period);
   std::vector<Input> list;
   const auto add = [&](std::string text, auto&& u) {
     Input input{std::move(text), {}};
-    for (std::size_t k = 0; k <= steps; ++k) input.values.push_back(u(static_cast<double>(k) * kPeriod));
+    for (std::size_t k = 0; k <= steps; ++k)
+      input.values.push_back(u(static_cast<double>(k) * kSettings.verdict.experiment_period));
     list.push_back(std::move(input));
   };
   constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -40,8 +35,9 @@ std::vector<Input> family(double amplitude) {
     add("slow reversals: sine of 0.1 Hz, " + size, [=](double t) { return a * std::sin(kTurn * 0.1 * t); });
     add("sine of 0.5 Hz, " + size, [=](double t) { return a * std::sin(kTurn * 0.5 * t); });
     add("steps of 1 s, both signs, " + size, [=](double t) { return std::fmod(t, 2.0) < 1.0 ? a : -a; });
-    add("chirp of 0.1 to 5 Hz, " + size,
-        [=](double t) { return a * std::sin(kTurn * (0.1 * t + 0.5 * (5.0 - 0.1) / kDuration * t * t)); });
+    add("chirp of 0.1 to 5 Hz, " + size, [=](double t) {
+      return a * std::sin(kTurn * (0.1 * t + 0.5 * (5.0 - 0.1) / kSettings.verdict.experiment * t * t));
+    });
     add("coast-down: pushed for 1 s, then free, " + size, [=](double t) { return t < 1.0 ? a : 0.0; });
     add("holding: " + size + " in stairs of 2 s", [=](double t) { return a * (std::floor(t / 2.0) - 2.0) / 2.0; });
   }
@@ -56,7 +52,7 @@ Eigen::VectorXd simulate(const Plant& plant, std::vector<Effect> effects, const 
   std::vector<double> time;
   Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(input.values.size()), joints);
   for (std::size_t k = 0; k < input.values.size(); ++k) {
-    time.push_back(static_cast<double>(k) * kPeriod);
+    time.push_back(static_cast<double>(k) * kSettings.verdict.experiment_period);
     u(static_cast<Eigen::Index>(k), joint) = input.values[k];
   }
   StateVector start = moved;
@@ -145,7 +141,8 @@ double linear_sse(Imitation& imitation, const Imitation::Point& start) {
 /// The same after a few steps of its own.
 double imitated_sse(Imitation& imitation, const Imitation::Point& start) {
   Imitation::Point point = start;
-  least_squares(imitation, point, {.max_iterations = kRounds, .max_trials = 1, .damping = 0.0});
+  least_squares(imitation, point,
+                {.max_iterations = kSettings.verdict.imitation_iterations, .max_trials = 1, .damping = 0.0});
   return 2.0 * imitation.cost(point);
 }
 
@@ -168,7 +165,7 @@ struct Rivals {
     const double mine = explanation.best().probability / sum, noise = explanation.noise[joint];
     const StateVector rest = StateVector::Zero(2 * joints);
     Imitation if_best(best(), tried, joint, joints), if_rival(rival.fit, tried, joint, joints);
-    if (std::max(if_best.way(), if_rival.way()) > kFurther * seen) return 0.0;
+    if (std::max(if_best.way(), if_rival.way()) > kSettings.verdict.further * seen) return 0.0;
     const double left =
         mine * sse(if_best, if_best.at(rival.fit, rest)) + (1.0 - mine) * sse(if_rival, if_rival.at(best(), rest));
     const double odds = 0.5 * left / (noise * noise);
@@ -217,8 +214,9 @@ std::string set_name(const Fit& fit, int joints) {
 }
 
 ProposedSignal shown_signal(const Input& input, const Rivals& rivals, const std::string& unit) {
-  ProposedSignal signal{rivals.joint + 1, kShownPeriod, {}, unit};
-  constexpr auto kEvery = static_cast<std::size_t>(kShownPeriod / kPeriod + 0.5);
+  ProposedSignal signal{rivals.joint + 1, kSettings.verdict.shown_period, {}, unit};
+  constexpr auto kEvery =
+      static_cast<std::size_t>(kSettings.verdict.shown_period / kSettings.verdict.experiment_period + 0.5);
   for (std::size_t k = 0; k < input.values.size(); k += kEvery) {
     signal.values.push_back(std::round(input.values[k] / rivals.amplitude * 1e4) / 1e4 * rivals.amplitude);
   }
@@ -231,8 +229,9 @@ std::optional<NextExperiment> propose(const Plant& nominal, const Explanation& e
                                       const std::vector<Measured>& data, const std::vector<JointUnits>& units) {
   const auto joints = static_cast<int>(units.size());
   const auto& candidates = explanation.candidates;
-  const auto rival = std::find_if(candidates.begin() + 1, candidates.end(),
-                                  [](const Candidate& candidate) { return candidate.probability >= kRival; });
+  const auto rival = std::find_if(candidates.begin() + 1, candidates.end(), [](const Candidate& candidate) {
+    return candidate.probability >= kSettings.verdict.rival;
+  });
   if (rival == candidates.end()) return std::nullopt;
   const Rivals rivals = rivals_of(nominal, explanation, data, *rival, joints);
   const std::vector<Input> inputs = family(rivals.amplitude);

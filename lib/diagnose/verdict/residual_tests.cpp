@@ -4,15 +4,12 @@
 #include <cmath>
 
 #include "base/random.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
-constexpr int kReplicates = 199;
-constexpr Eigen::Index kLags = 12;     // of the autocorrelation, samples
-constexpr int kInputLags = 10;         // on each side,
-constexpr double kLongestLag = 0.5;    // s, the last of them
 constexpr std::uint64_t kSeed = 2013;  // the same data give the same p-values
 
 using Windows = std::vector<Eigen::MatrixXd>;  // samples x joints
@@ -21,7 +18,8 @@ class Tests {
  public:
   Tests(const Linearisation& about, const std::vector<Measured>& data, const Eigen::VectorXd& noise)
       : response_(*about.response), data_(data), noise_(noise), period_(shortest_sample_period(data)) {
-    stride_ = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::round(kLongestLag / kInputLags / period_)));
+    stride_ = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::round(kSettings.verdict.longest_lag /
+                                                                             kSettings.verdict.input_lags / period_)));
     for (const Segment& window : response_.windows()) {
       const Eigen::MatrixXd u = data[window.recording].input.middleRows(static_cast<Eigen::Index>(window.first),
                                                                         static_cast<Eigen::Index>(window.samples()));
@@ -50,12 +48,12 @@ class Tests {
     }
     result.slow_share = slow / rows / (squares.array() / noise_.array().square() / samples).mean();
 
-    for (Eigen::Index lag = 1; lag <= kLags; ++lag) {
+    for (Eigen::Index lag = 1; lag <= Eigen::Index{kSettings.verdict.autocorrelation_lags}; ++lag) {
       const Eigen::VectorXd sum = correlation(scaled, scaled, lag) / samples;
       result.autocorrelation += samples * sum.squaredNorm();
     }
     const Eigen::VectorXd input_power = correlation(input_, input_, 0);
-    for (int i = -kInputLags; i <= kInputLags; ++i) {
+    for (int i = -kSettings.verdict.input_lags; i <= kSettings.verdict.input_lags; ++i) {
       const Eigen::VectorXd sum = correlation(input_, scaled, i * stride_);
       for (Eigen::Index j = 0; j < joints; ++j) {
         const double r = input_power[j] > 0.0 ? sum[j] / std::sqrt(input_power[j] * samples) : 0.0;
@@ -118,7 +116,7 @@ std::vector<ResidualTests> residual_tests(const Linearisation& about, const std:
   }
   std::vector<std::array<int, 5>> beyond(residuals.size());
   RandomStream stream = random_stream(kSeed, "residual");
-  for (int replicate = 0; replicate < kReplicates; ++replicate) {
+  for (int replicate = 0; replicate < kSettings.verdict.replicates; ++replicate) {
     Windows white;
     for (std::size_t w = 0; w < about.response->windows().size(); ++w) {
       Eigen::MatrixXd e(static_cast<Eigen::Index>(about.response->windows()[w].samples()), noise.size());
@@ -138,7 +136,7 @@ std::vector<ResidualTests> residual_tests(const Linearisation& about, const std:
     }
   }
   for (std::size_t f = 0; f < results.size(); ++f) {
-    const auto p = [&](std::size_t i) { return (1.0 + beyond[f][i]) / (1.0 + kReplicates); };
+    const auto p = [&](std::size_t i) { return (1.0 + beyond[f][i]) / (1.0 + kSettings.verdict.replicates); };
     results[f].slow_p = p(0);
     results[f].autocorrelation_p = p(1);
     results[f].input.p = p(2);

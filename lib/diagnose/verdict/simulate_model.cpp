@@ -3,13 +3,12 @@
 #include "base/format.hpp"
 #include "diagnose/fit/free_runs.hpp"
 #include "diagnose/recording/read_recording.hpp"
+#include "diagnose/settings.hpp"
 #include "io/read.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kLongestStep = 1.4e-3;  // s, of the integration
 
 std::vector<double> column(const Eigen::MatrixXd& values, Eigen::Index j) {
   return {values.col(j).begin(), values.col(j).end()};
@@ -38,8 +37,8 @@ SimulatedModel simulate_model(const ModelFile& file, const std::filesystem::path
   const Eigen::VectorXd noise = noise_level(data).cwiseMax(1e-12);
   const std::vector<Trajectory> paths{
       smooth(file.model.plant, data[0], noise, likely_torque_prior(file.model.plant, data, noise))};
-  const FreeRuns runs =
-      free_runs({file.model.plant, file.model.effects, file.model.remainder}, data, paths, horizon, true, kLongestStep);
+  const FreeRuns runs = free_runs({file.model.plant, file.model.effects, file.model.remainder}, data, paths, horizon,
+                                  true, kSettings.verdict.simulation_step);
   SimulatedModel result;
   result.rms = runs.rms;
   const int n = joints(file.model.plant);

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/settings.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kSignificantBand = 3.0;  // standard deviations of the missing torque
-constexpr double kDeparted = 5.0;         // noise, between a recording and a simulation
-constexpr double kShortest = 0.05;        // s, of an interval of missing torque
-constexpr double kMergeTorque = 0.3;      // s between intervals that count as one
-constexpr double kMergeMotion = 0.1;      // s
 
 /// Runs of samples with z above a threshold, merged across gaps of up to `merge` seconds.
 std::vector<Interval> above(const std::vector<double>& time, const Eigen::VectorXd& z, double threshold, double merge,
@@ -64,8 +59,8 @@ std::vector<Interval> significant_times(const Explanation& explanation, const st
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Eigen::VectorXd z =
         (smoothed[r].missing_torque.array().abs() / smoothed[r].torque_sd.array().max(1e-300)).rowwise().maxCoeff();
-    for (const Interval& found : above(data[r].time, z, kSignificantBand, kMergeTorque, r)) {
-      if (found.to - found.from > kShortest) list.push_back(found);
+    for (const Interval& found : above(data[r].time, z, kSettings.verdict.band, kSettings.verdict.merge_torque, r)) {
+      if (found.to - found.from > kSettings.verdict.shortest) list.push_back(found);
     }
   }
   if (!list.empty()) return list;
@@ -75,10 +70,11 @@ std::vector<Interval> significant_times(const Explanation& explanation, const st
     const auto rows = static_cast<double>(response.row_count(w));
     const double squares = nominal.residual.segment(response.first_row(w), response.row_count(w)).squaredNorm();
     const double z = (squares - rows) / std::sqrt(2.0 * rows);
-    if (z < kSignificantBand) continue;
+    if (z < kSettings.verdict.band) continue;
     const Segment& window = response.windows()[w];
     const std::vector<double>& t = data[window.recording].time;
-    if (!list.empty() && list.back().recording == window.recording && t[window.first] - list.back().to < kMergeMotion) {
+    if (!list.empty() && list.back().recording == window.recording &&
+        t[window.first] - list.back().to < kSettings.verdict.merge_motion) {
       list.back().to = t[window.last];
       list.back().score = std::max(list.back().score, z);
     } else {
@@ -91,7 +87,8 @@ std::vector<Interval> significant_times(const Explanation& explanation, const st
 Departure departure(const Measured& measured, const Eigen::MatrixXd& simulated, const Eigen::VectorXd& noise,
                     std::size_t recording) {
   const Eigen::MatrixXd z = ((measured.position - simulated) * noise.cwiseInverse().asDiagonal()).cwiseAbs();
-  return {above(measured.time, z.rowwise().maxCoeff(), kDeparted, kMergeMotion, recording),
+  return {above(measured.time, z.rowwise().maxCoeff(), kSettings.verdict.departed, kSettings.verdict.merge_motion,
+                recording),
           (z.colwise().squaredNorm() / static_cast<double>(z.rows())).cwiseSqrt().transpose()};
 }
 

@@ -9,16 +9,11 @@
 #include "base/error.hpp"
 #include "diagnose/fit/free_runs.hpp"
 #include "diagnose/fit/process_noise.hpp"
+#include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kInseparable = 3.0;   // nats
-constexpr double kFarFromNoise = 2.0;  // noise, RMS, left by the best explanation
-constexpr std::size_t kTried = 15;     // candidates that are compared by free runs
-constexpr std::size_t kManyMore = 2;   // numbers
-constexpr double kMuchWorse = 1.1;     // times the error of free runs: parameters that they contradict
 
 /// The candidate with effects whose free runs are best for its size, of those whose own windows are.
 std::size_t most_worthwhile(const Explanation& explanation, const std::function<double(const Fit&)>& beyond_noise) {
@@ -28,7 +23,7 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
     if (!f.effects.empty()) ranked.emplace_back(cost(explanation.excess(f), f), i);
   }
   std::sort(ranked.begin(), ranked.end());
-  ranked.resize(std::min(ranked.size(), kTried));
+  ranked.resize(std::min(ranked.size(), std::size_t{kSettings.verdict.compared_sets}));
   for (auto& [worth, i] : ranked) {
     const Fit& f = explanation.candidates[i].fit;
     worth = cost(beyond_noise(f), f);
@@ -43,7 +38,7 @@ void rank_with_process_noise(Explanation& explanation, const FitProblem& measure
   std::map<std::string, Fit> settled;
   for (Candidate& candidate : explanation.candidates) {
     candidate.fit.log_evidence = -kInfinity;
-    if (candidate.fit.unknowns.size() > numbers + kManyMore) continue;
+    if (candidate.fit.unknowns.size() > numbers + std::size_t{kSettings.verdict.many_more}) continue;
     const Fit fit = fit_with_process_noise(measured, white, candidate.fit);
     candidate.fit.log_evidence = fit.log_evidence;
     settled.emplace(key(fit.effects), fit);
@@ -105,7 +100,8 @@ Equivalence find_equivalent(const Explanation& explanation, int joints) {
   std::vector<std::string> own = labels(best.effects, joints);
   for (const Candidate& candidate : explanation.candidates) {
     const Fit& fit = candidate.fit;
-    if (fit.effects.size() != best.effects.size() || std::abs(best.log_evidence - fit.log_evidence) > kInseparable) {
+    if (fit.effects.size() != best.effects.size() ||
+        std::abs(best.log_evidence - fit.log_evidence) > kSettings.verdict.inseparable) {
       continue;
     }
     std::vector<std::string> other = labels(fit.effects, joints), lost;
@@ -170,7 +166,9 @@ double error_beyond_noise(const Fit& fit, const Explanation& explanation, const 
 
 void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
                    double horizon) {
-  if (explanation.excess(explanation.best().fit) < kFarFromNoise || explanation.best().fit.effects.empty()) return;
+  if (explanation.excess(explanation.best().fit) < kSettings.verdict.imperfect ||
+      explanation.best().fit.effects.empty())
+    return;
   const auto beyond_noise = [&](const Fit& fit) {
     return error_beyond_noise(fit, explanation, data, explanation.measured->paths, horizon);
   };
@@ -187,7 +185,7 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   best.covariance = settled.covariance;
   try {
     const Fit there = started(problem_about(*explanation.linearisation, explanation, data, options), settled);
-    if (beyond_noise(there) < kMuchWorse * before) best = there;
+    if (beyond_noise(there) < kSettings.verdict.contradicted * before) best = there;
   } catch (const NumericalError&) {  // free runs diverge there
   }
   best.log_evidence = evidence;

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
+#include "diagnose/settings.hpp"
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -33,7 +34,7 @@ const std::vector<OfOneCause> kOfOneCause{
 
 TEST_CASE("Weights of every group make together a fifth of the nominal's torque, a priori", "[discrepancy]") {
   const LinearisedPendulum pendulum(2);
-  const double fifth = kPriorShare * torque_scale(pendulum.plant, pendulum.data)[0];
+  const double fifth = kSettings.motion.prior_share * torque_scale(pendulum.plant, pendulum.data)[0];
   const Discrepancy discrepancy(pendulum.about, pendulum.data);
   REQUIRE(discrepancy.groups().size() > 5);
   for (const Discrepancy::Group& group : discrepancy.groups()) {

@@ -6,6 +6,7 @@
 
 #include "diagnose/motion/hidden_torque.hpp"
 #include "diagnose/search/screen.hpp"
+#include "diagnose/settings.hpp"
 #include "physics/machine/machine_state.hpp"
 #include "support/recorded_pendulum.hpp"
 
@@ -189,7 +190,8 @@ TEST_CASE("An effect of its own file is found beside the whole catalogue", "[dia
     const Eigen::Index column = dictionary.columns.cols();
     dictionary.columns.conservativeResize(Eigen::NoChange, column + 1);
     dictionary.scale.conservativeResize(column + 1);
-    dictionary.scale[column] = kPriorShare * forcing.nominal_acceleration() / std::sqrt(a.squaredNorm() / 1200.0);
+    dictionary.scale[column] =
+        kSettings.motion.prior_share * forcing.nominal_acceleration() / std::sqrt(a.squaredNorm() / 1200.0);
     dictionary.columns.col(column) = dictionary.scale[column] * response.responses({a.transpose().reshaped()});
     dictionary.suspects.back().atoms.push_back({{static_cast<int>(column)}, shape.sign, shape.low, shape.high, {}});
   }
