@@ -20,34 +20,30 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json parameters_of(const auto& form) {
-  ordered_json list = ordered_json::array();
-  if constexpr (!HasFields<std::decay_t<decltype(form)>>) {
-    return list;  // a custom machine: its parameters are the user's
-  } else {
-    for (const ParameterDescription& p : describe<std::decay_t<decltype(form)>>()) {
-      list.push_back({{"name", p.name},
-                      {"unit", p.unit},
-                      {"allowed", p.range},
-                      {"default", p.default_value},
-                      {"required", p.required},
-                      {"text", p.text}});
-    }
-    return list;
+ordered_json member_json(std::string_view name, std::string_view text, std::string equation,
+                         const std::vector<ParameterDescription>& parameters) {
+  ordered_json member{{"name", name}, {"text", text}, {"parameters", ordered_json::array()}};
+  for (const ParameterDescription& p : parameters) {
+    member["parameters"].push_back({{"name", p.name},
+                                    {"unit", p.unit},
+                                    {"allowed", p.range},
+                                    {"default", p.default_value},
+                                    {"required", p.required},
+                                    {"text", p.text}});
   }
+  std::erase_if(equation, [](char c) { return c == '{' || c == '}'; });  // which mark its parameters
+  if (!equation.empty()) member["equation"] = std::move(equation);
+  return member;
 }
 
 ordered_json family(const auto* variant) {
   ordered_json list = ordered_json::array();
-  for_each_alternative(variant, [&](const auto& form) {
-    using Form = std::decay_t<decltype(form)>;
-    ordered_json member{{"name", Form::kName}, {"text", Form::kText}, {"parameters", parameters_of(form)}};
-    if constexpr (requires { Form::kEquation; }) {
-      std::string equation(Form::kEquation);
-      std::erase_if(equation, [](char c) { return c == '{' || c == '}'; });  // which mark its parameters
-      member["equation"] = equation;
-    }
-    list.push_back(std::move(member));
+  for_each_alternative(variant, [&]<class Form>(const Form&) {
+    std::string equation;
+    if constexpr (requires { Form::kEquation; }) equation = Form::kEquation;
+    std::vector<ParameterDescription> parameters;  // those of a custom machine are the user's
+    if constexpr (HasFields<Form>) parameters = describe<Form>();
+    list.push_back(member_json(Form::kName, Form::kText, std::move(equation), parameters));
   });
   return list;
 }
@@ -63,12 +59,12 @@ ordered_json metrics() {
 /// Thresholds of the diagnosis: each as "stage.name", with its value.
 ordered_json settings() {
   ordered_json list = ordered_json::array();
+  const auto add = [&](const std::string& name, ordered_json value, const Info& info) {
+    list.push_back({{"name", name}, {"value", std::move(value)}, {"unit", info.unit}, {"text", info.text}});
+  };
   Settings::fields(kSettings, [&](std::string_view stage, const auto& values, const Info& /*info*/) {
     values.fields(values, [&](std::string_view name, const auto& value, const Info& info) {
-      list.push_back({{"name", std::string(stage) + "." + std::string(name)},
-                      {"value", value},
-                      {"unit", info.unit},
-                      {"text", info.text}});
+      add(std::string(stage) + "." + std::string(name), value, info);
     });
   });
   return list;

@@ -24,6 +24,9 @@ namespace detail {
 
 std::string joined(const std::vector<std::string_view>& words);
 
+void add(std::vector<ParameterDescription>& list, std::string name, const Info& info, std::string range,
+         std::string default_value);
+
 /// What `read` accepts for a T, in words.
 template <class T>
 std::string range_text(const Info& info) {
@@ -76,12 +79,7 @@ void describe_fields(const std::string& prefix, std::vector<ParameterDescription
     if constexpr (HasFields<Member> && !HasJsonValue<Member>) {
       describe_fields<Member>(name + ".", list);
     } else {
-      list.push_back({.name = name,
-                      .unit = std::string(info.unit),
-                      .range = range_text<Member>(info),
-                      .default_value = info.required ? "" : default_text(member),
-                      .text = std::string(info.text),
-                      .required = info.required});
+      add(list, name, info, range_text<Member>(info), default_text(member));
     }
   });
 }

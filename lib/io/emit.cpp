@@ -119,6 +119,10 @@ void write_block(const ordered_json& value, std::size_t indent, std::string& out
 
 }  // namespace
 
+void detail::put(ordered_json& object, std::string_view key, ordered_json value) {
+  object[std::string(key)] = std::move(value);
+}
+
 ordered_json number_to_json(double value) {
   if (std::isnan(value)) return nullptr;
   if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";

@@ -25,10 +25,12 @@ nlohmann::ordered_json to_json(const T& value);
 
 namespace detail {
 
+void put(nlohmann::ordered_json& object, std::string_view key, nlohmann::ordered_json value);
+
 template <HasFields T>
 void fields_to_json(const T& value, nlohmann::ordered_json& object) {
   T::fields(value, [&](std::string_view key, const auto& member, const Info&) {
-    object[std::string(key)] = bayesctrl::to_json(member);
+    put(object, key, bayesctrl::to_json(member));
   });
 }
 

@@ -52,4 +52,12 @@ void annotate(ordered_json& schema, const Info& info) {
   if (!text.empty()) schema["description"] = text;
 }
 
+void add_property(ordered_json& schema, std::string_view key, ordered_json property, const Info& info,
+                  std::optional<ordered_json> fallback) {
+  annotate(property, info);
+  if (fallback && !info.required) property["default"] = std::move(*fallback);
+  schema["properties"][std::string(key)] = std::move(property);
+  if (info.required) schema["required"].push_back(key);
+}
+
 }  // namespace bayesctrl::detail

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,6 +51,10 @@ nlohmann::ordered_json empty_object_schema();
 /// Adds text and unit to the schema of one parameter.
 void annotate(nlohmann::ordered_json& schema, const Info& info);
 
+/// Adds one parameter, with its text, unit and default, to the schema of an object.
+void add_property(nlohmann::ordered_json& schema, std::string_view key, nlohmann::ordered_json property,
+                  const Info& info, std::optional<nlohmann::ordered_json> fallback);
+
 template <class T>
 nlohmann::ordered_json schema_of(std::string_view key, const Info& info, Definitions& definitions);
 
@@ -68,13 +73,9 @@ nlohmann::ordered_json object_schema(Definitions& definitions, std::string_view 
   if constexpr (requires { T::kText; }) schema["description"] = T::kText;
   const T defaults{};
   T::fields(defaults, [&]<class Member>(std::string_view key, const Member& member, const Info& info) {
-    nlohmann::ordered_json property = schema_of<Member>(key, info, definitions);
-    annotate(property, info);
-    if constexpr (has_plain_default<Member>) {
-      if (!info.required) property["default"] = to_json(member);
-    }
-    schema["properties"][std::string(key)] = std::move(property);
-    if (info.required) schema["required"].push_back(key);
+    std::optional<nlohmann::ordered_json> fallback;
+    if constexpr (has_plain_default<Member>) fallback = to_json(member);
+    add_property(schema, key, schema_of<Member>(key, info, definitions), info, std::move(fallback));
   });
   return schema;
 }

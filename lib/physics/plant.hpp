@@ -39,37 +39,13 @@ decltype(auto) with_joints(const Plant& plant, auto&& f) {
       plant);
 }
 
-inline int joints(const Plant& plant) {
-  return std::visit(
-      []<class P>(const P& p) {
-        if constexpr (requires { P::kJoints; }) {
-          return P::kJoints;
-        } else {
-          return p.joint_count();
-        }
-      },
-      plant);
-}
+int joints(const Plant& plant);
 
 /// A unit that all plants share, "rad or m", as it is for this one; where nobody but the user knows it, as it was.
-inline std::string unit_for(const Plant& plant, std::string_view shared) {
-  return std::visit(
-      [&]<class P>(const P&) {
-        const std::string q(P::kPositionUnit), u(P::kInputUnit);
-        if (q.empty()) return std::string(shared);
-        if (shared == "rad or m") return q;
-        if (shared == "rad/s or m/s") return q + "/s";
-        if (shared == "N m or N" || shared == "unit of u") return u;
-        if (shared == "u^2 s") return u.find(' ') == std::string::npos ? u + "^2 s" : "(" + u + ")^2 s";
-        return std::string(shared);
-      },
-      plant);
-}
+std::string unit_for(const Plant& plant, std::string_view shared);
 
 /// a(x) and b(x) at x = [q, v].
-inline Affine affine(const Plant& plant, const JointVector& q, const JointVector& v) {
-  return std::visit([&](const auto& p) -> Affine { return p.affine(q, v); }, plant);
-}
+Affine affine(const Plant& plant, const JointVector& q, const JointVector& v);
 
 /// Nominal mechanics at one instant; the number of joints may be a constant.
 template <int kJoints>
@@ -118,9 +94,7 @@ MotionOf<kJoints> motion_of(const Plant& plant, const Joints<kJoints>& q, const 
       plant);
 }
 
-inline Motion motion(const Plant& plant, const JointVector& q, const JointVector& v, const JointVector& u, double t) {
-  return motion_of<Eigen::Dynamic>(plant, q, v, u, t);
-}
+Motion motion(const Plant& plant, const JointVector& q, const JointVector& v, const JointVector& u, double t);
 
 /// Torque of gravity and springs along q: what would move the joints from rest without input.
 template <int kJoints>
@@ -140,8 +114,6 @@ Joints<kJoints> external_torque_of(const Plant& plant, const Joints<kJoints>& q)
       plant);
 }
 
-inline JointVector external_torque(const Plant& plant, const JointVector& q) {
-  return external_torque_of<Eigen::Dynamic>(plant, q);
-}
+JointVector external_torque(const Plant& plant, const JointVector& q);
 
 }  // namespace bayesctrl
