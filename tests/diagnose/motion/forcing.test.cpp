@@ -56,8 +56,8 @@ struct Swings {
   JointState seen(std::size_t r, int j, std::size_t k, double t) const {
     const JointVector q = swing(t, static_cast<double>(r)).head(joints);
     const JointVector v = swing_rate(t, static_cast<double>(r)).head(joints);
-    return {q[j], v[j], t, data[r].input(static_cast<Eigen::Index>(k), j), external_torque(plant, q)[j],
-            q[joints - 1 - j]};
+    return {
+        q[j], v[j], t, data[r].input(static_cast<Eigen::Index>(k), j), external_torque(plant, q)[j], q[joints - 1 - j]};
   }
 
   /// Mean over each step of what a torque in one joint accelerates, from `kFine` points within it.
@@ -187,9 +187,7 @@ TEST_CASE("Effects on the input act one after the other, by what they change of 
     const auto limited = [&](std::size_t k) { return std::clamp(1.3 * u(k), -1.2, 1.2); };
     CHECK(relative(of({InputSaturation{1.2}, InputGain{1.3}}), changed(limited)) < 1e-3);
     // Late by a step and a quarter: the mean of what is held by then.
-    const auto late = [&](std::size_t k) {
-      return 0.75 * (k > 0 ? u(k - 1) : 0.0) + 0.25 * (k > 1 ? u(k - 2) : 0.0);
-    };
+    const auto late = [&](std::size_t k) { return 0.75 * (k > 0 ? u(k - 1) : 0.0) + 0.25 * (k > 1 ? u(k - 2) : 0.0); };
     CHECK(relative(of({InputDelay{1.25 * kPeriod}}), changed(late)) < 1e-3);
     // A lag, which has settled on the first input.
     constexpr double kLag = 0.05;
@@ -275,9 +273,8 @@ TEST_CASE("A torque given for each step acts through the inertia in its midst", 
   const Swings swings(kArm);
   const Forcing forcing = swings.forcing();
   const Eigen::VectorXd torque = Eigen::VectorXd::LinSpaced(400, -1.0, 2.0);
-  const Eigen::MatrixXd expected = swings.mean(0, 1, [&](const JointState& s) {
-    return torque[static_cast<Eigen::Index>(s.time / kPeriod)];
-  });
+  const Eigen::MatrixXd expected =
+      swings.mean(0, 1, [&](const JointState& s) { return torque[static_cast<Eigen::Index>(s.time / kPeriod)]; });
   CHECK(relative(forcing.acceleration(torque, 1, 0), expected) < 1e-3);
 }
 

@@ -74,8 +74,7 @@ Conditional conditional(const LinearMachine& machine, const Measured& data, cons
   const Eigen::LLT<Eigen::MatrixXd> root(seen * across + Eigen::MatrixXd(white.asDiagonal()));
   const Eigen::VectorXd posterior = mean + across * root.solve(rest);
   const Eigen::VectorXd left = covariance.diagonal() - (across * root.solve(across.transpose())).diagonal();
-  return {posterior.reshaped(6, samples).transpose(),
-          left.cwiseMax(0.0).cwiseSqrt().reshaped(6, samples).transpose(),
+  return {posterior.reshaped(6, samples).transpose(), left.cwiseMax(0.0).cwiseSqrt().reshaped(6, samples).transpose(),
           -0.5 * rest.dot(root.solve(rest)) - root.matrixLLT().diagonal().array().log().sum()};
 }
 
@@ -210,8 +209,8 @@ TEST_CASE("Across a gap nothing is carried: each stretch is smoothed by itself",
   Measured whole = drawn(machine, prior, 200, 0.01, 11).data;
   const auto part = [&](Eigen::Index first, Eigen::Index count) {
     const auto from = whole.time.begin() + first;
-    return Measured{"part", {from, from + count}, whole.position.middleRows(first, count),
-                    whole.input.middleRows(first, count)};
+    return Measured{
+        "part", {from, from + count}, whole.position.middleRows(first, count), whole.input.middleRows(first, count)};
   };
   for (std::size_t k = 120; k < 200; ++k) whole.time[k] += 0.5;
   const Trajectory found = smooth(machine.plant, whole, linear_noise(), prior);

@@ -71,7 +71,8 @@ TEST_CASE("The noise is that of the sensor, and where there is none that of arit
   start << 0.3, 0.0;
   noisy.position = machine.run(start, noisy.time, machine.drives(noisy.time, noisy.input), 0, 1199, 1e-3);
   const Eigen::ArrayXd about = noisy.position.col(0).array() - noisy.position.mean();
-  CHECK(explain(kPendulum, {noisy}, {{}, {}}).noise[0] == Approx(1e-5 * std::sqrt(about.square().mean())).epsilon(0.01));
+  CHECK(explain(kPendulum, {noisy}, {{}, {}}).noise[0] ==
+        Approx(1e-5 * std::sqrt(about.square().mean())).epsilon(0.01));
 }
 
 TEST_CASE("Free parameters that explain all leave nothing to be missing", "[diagnose][search]") {
@@ -110,8 +111,8 @@ TEST_CASE("Without free parameters a set's evidence is that beside them, whateve
   for (Eigen::Index c = 0; c < pendulum.about.dictionary.columns.cols(); ++c) {
     const Eigen::VectorXd x = pendulum.about.dictionary.columns.col(c), left = projected.columns.col(c);
     const double beside = log_density(response.target(), any + x * x.transpose()) - log_density(response.target(), any);
-    const double without = log_density(projected.target, one + left * left.transpose()) -
-                           log_density(projected.target, one);
+    const double without =
+        log_density(projected.target, one + left * left.transpose()) - log_density(projected.target, one);
     CHECK(without == Approx(beside).margin(0.02));
   }
   // A viscous friction does what the nominal's own does.

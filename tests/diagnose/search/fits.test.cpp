@@ -98,8 +98,8 @@ TEST_CASE("Of the best all subsets and simpler laws are fitted, most probable fi
   recorded.fits.add({kSticking, kHardening});
   SECTION("all subsets") {
     recorded.fits.add_subsets();
-    CHECK(recorded.keys() == keys_of({{}, {kSticking}, {kRubbing}, {kHardening}, {kSticking, kHardening},
-                                      {kRubbing, kHardening}}));
+    CHECK(recorded.keys() ==
+          keys_of({{}, {kSticking}, {kRubbing}, {kHardening}, {kSticking, kHardening}, {kRubbing, kHardening}}));
     const std::vector<const Fit*> ranked = recorded.fits.ranked();
     for (std::size_t i = 1; i < ranked.size(); ++i) CHECK(ranked[i]->log_evidence <= ranked[i - 1]->log_evidence);
     CHECK(key(ranked.front()->effects) == key({kRubbing}));

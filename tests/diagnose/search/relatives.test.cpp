@@ -50,9 +50,15 @@ Eigen::MatrixXd shown_by(const Plant& plant, const EffectForm& form, double show
 TEST_CASE("A set's key tells effects, joints and recordings, not their order or parameters", "[diagnose][search]") {
   CHECK(key({kSpring, kDrySimple}) == key({{CoulombFriction{9.0}, 0}, kSpring}));
   std::set<std::string> keys;
-  for (const std::vector<Effect>& set :
-       {std::vector<Effect>{}, {kDrySimple}, {kDryRich}, {{CoulombFriction{0.3}, 1}}, {kDrySimple, kSpring},
-        {kDrySimple, kDrySimple}, {kStep}, {{TorqueStep{0.1, 2.0}, 0, 0}}, {{TorqueStep{0.1, 2.0}, 1, 1}}}) {
+  for (const std::vector<Effect>& set : {std::vector<Effect>{},
+                                         {kDrySimple},
+                                         {kDryRich},
+                                         {{CoulombFriction{0.3}, 1}},
+                                         {kDrySimple, kSpring},
+                                         {kDrySimple, kDrySimple},
+                                         {kStep},
+                                         {{TorqueStep{0.1, 2.0}, 0, 0}},
+                                         {{TorqueStep{0.1, 2.0}, 1, 1}}}) {
     CHECK(keys.insert(key(set)).second);
   }
   CHECK(label(kDrySimple, 1) == "coulomb_friction");
@@ -92,8 +98,10 @@ TEST_CASE("Simpler laws come to an end, and every extension of one simplifies to
 TEST_CASE("Known parameters are taken over by the same law in the same joint and recording alone",
           "[diagnose][search]") {
   const std::vector<Effect> known{kDrySimple, kStep, {LinearSpring{5.0}, 1}};
-  const std::vector<Effect> wanted{{TorqueStep{9.0, 9.0}, 0, 1}, {TorqueStep{9.0, 9.0}, 0, 0},
-                                   {LinearSpring{9.0}, 0},       {CoulombFriction{9.0}, 0},
+  const std::vector<Effect> wanted{{TorqueStep{9.0, 9.0}, 0, 1},
+                                   {TorqueStep{9.0, 9.0}, 0, 0},
+                                   {LinearSpring{9.0}, 0},
+                                   {CoulombFriction{9.0}, 0},
                                    {ViscousFriction{9.0}, 0}};
   const std::vector<Effect> expected{kStep, wanted[1], wanted[2], kDrySimple, wanted[4]};
   CHECK(start_from(known, wanted) == expected);
@@ -193,6 +201,5 @@ TEST_CASE("A law hands its parameters down to its simpler law and up to its exte
     }
   });
   const Effect offset{SensorOffset{0.2}, 0};
-  CHECK(starts_from({{GravityTilt{}, 0}}, {offset}) ==
-        std::vector<std::vector<Effect>>{{{GravityTilt{-0.2}, 0}}});
+  CHECK(starts_from({{GravityTilt{}, 0}}, {offset}) == std::vector<std::vector<Effect>>{{{GravityTilt{-0.2}, 0}}});
 }
