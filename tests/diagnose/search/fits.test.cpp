@@ -1,0 +1,164 @@
+// Fits by their set: each once, subsets and simpler laws of the best, starts that are handed on.
+
+#include "diagnose/search/fits.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/recorded_pendulum.hpp"
+
+using namespace bayesctrl;
+using testing::kPendulum, testing::kPendulumNoise;
+
+namespace {
+
+const Effect kRubbing{CoulombFriction{0.1}, 0}, kSticking{StribeckFriction{0.1, 0.2, 0.1}, 0};
+const Effect kDragging{QuadraticDrag{0.05}, 0}, kHardening{CubicSpring{0.2}, 0};
+const CoggingTorque kCogging{0.5, 8.0, 1.0};
+
+/// Six seconds of the pendulum with hidden effects, linearised about its smoothed motion, and no fits so far.
+struct Recorded {
+  explicit Recorded(const std::vector<Effect>& hidden, std::uint64_t seed = 61) {
+    Measured m = testing::record(Machine(kPendulum, hidden), -1.0, seed);
+    m.time.resize(600);
+    m.position = m.position.topRows(600).eval();
+    m.input = m.input.topRows(600).eval();
+    data.push_back(std::move(m));
+    for (const Effect& effect : {kRubbing, kSticking, kHardening, Effect{kCogging, 0}}) {
+      options.allowed.push_back(effect.form.index());
+    }
+    linearise(smooth_all(kPendulum, data, noise));
+  }
+  Recorded(const Recorded&) = delete;  // the parts refer to one another
+
+  /// Longest step of the integration.
+  double linearise(std::vector<Trajectory> paths) {
+    auto next = std::make_shared<Linearisation>();
+    next->paths = std::move(paths);
+    next->response =
+        std::make_unique<LinearResponse>(kPendulum, data, next->paths, noise, windows(data, 2.0), options.fastest_mode);
+    next->forcing = std::make_unique<Forcing>(kPendulum, data, next->paths);
+    about = next;
+    return fits.about(next);
+  }
+
+  std::set<std::string> keys() const {
+    std::set<std::string> result;
+    for (const Fit* fit : fits.ranked()) result.insert(key(fit->effects));
+    return result;
+  }
+
+  Eigen::VectorXd noise = Eigen::VectorXd::Constant(1, kPendulumNoise);
+  std::vector<Measured> data;
+  ExplainOptions options;
+  std::shared_ptr<Linearisation> about;
+  Fits fits{kPendulum, kPendulum, data, options};
+
+ private:
+  // Fits keep references to plants.
+  static inline const Plant kPendulum = testing::kPendulum;
+};
+
+std::set<std::string> keys_of(std::initializer_list<std::vector<Effect>> sets) {
+  std::set<std::string> result;
+  for (const std::vector<Effect>& set : sets) result.insert(key(set));
+  return result;
+}
+
+double order_of(const Fit& fit) { return std::get<CoggingTorque>(fit.effects[0].form).order; }
+
+}  // namespace
+
+TEST_CASE("Each set is fitted once, in whatever order and with whatever parameters it is asked for",
+          "[diagnose][search]") {
+  Recorded recorded({kRubbing});
+  const Fit* first = recorded.fits.add({kRubbing, kHardening});
+  REQUIRE(first != nullptr);
+  const Fit as_found = *first;
+  CHECK(recorded.fits.tried({kHardening, kRubbing}));
+  CHECK_FALSE(recorded.fits.tried({kRubbing}));
+  CHECK(recorded.fits.add({{CubicSpring{7.0}, 0}, {CoulombFriction{3.0}, 0}}) == first);
+  CHECK(first->effects == as_found.effects);
+  CHECK(recorded.fits.ranked().size() == 1);
+  CHECK(std::abs(std::get<CoulombFriction>(first->effects[0].form).level - 0.1) < 4.0 * first->deviation(0, "level"));
+}
+
+TEST_CASE("What is no set of its own, or not in the user's catalogue, is declined", "[diagnose][search]") {
+  Recorded recorded({kRubbing});
+  for (const std::vector<Effect>& set :
+       {std::vector{kRubbing, kSticking}, {kRubbing, kRubbing}, {kDragging}, {kRubbing, kDragging}}) {
+    CHECK(recorded.fits.add(set) == nullptr);
+    CHECK(recorded.fits.tried(set));
+    CHECK(recorded.fits.add(set) == nullptr);
+  }
+  CHECK(recorded.fits.ranked().empty());
+}
+
+TEST_CASE("Of the best all subsets and simpler laws are fitted, most probable first", "[diagnose][search]") {
+  Recorded recorded({kRubbing});
+  recorded.fits.add({kSticking, kHardening});
+  SECTION("all subsets") {
+    recorded.fits.add_subsets();
+    CHECK(recorded.keys() ==
+          keys_of({{}, {kSticking}, {kRubbing}, {kHardening}, {kSticking, kHardening}, {kRubbing, kHardening}}));
+    const std::vector<const Fit*> ranked = recorded.fits.ranked();
+    for (std::size_t i = 1; i < ranked.size(); ++i) CHECK(ranked[i]->log_evidence <= ranked[i - 1]->log_evidence);
+    CHECK(key(ranked.front()->effects) == key({kRubbing}));
+  }
+  SECTION("simpler laws alone") {
+    recorded.fits.add_simpler();
+    CHECK(recorded.keys() == keys_of({{kSticking, kHardening}, {kRubbing, kHardening}}));
+  }
+}
+
+TEST_CASE("A set that stopped short of what it contains begins there once more", "[diagnose][search]") {
+  const Effect right{kCogging, 0}, wrong{CoggingTorque{0.5, 14.0, 0.0}, 0};
+  Recorded recorded({right});
+  const Fit known = *recorded.fits.add({right});
+  CHECK(order_of(known) == Approx(8.0).epsilon(0.01));
+  REQUIRE(recorded.fits.add({wrong, kRubbing})->sse > 10.0 * known.sse);
+  CHECK(recorded.fits.extend(known, {wrong, kRubbing}));
+  const Fit* larger = recorded.fits.add({wrong, kRubbing});
+  CHECK(larger->sse < known.sse + 1.0);
+  CHECK(order_of(*larger) == Approx(8.0).epsilon(0.01));
+  CHECK_FALSE(recorded.fits.extend(*larger, {wrong, kRubbing}));  // nothing is left to be done
+  CHECK(recorded.fits.extend(known, {wrong, kHardening}));        // what was never tried begins there at once
+  CHECK(recorded.fits.add({wrong, kHardening})->sse < known.sse + 1.0);
+}
+
+TEST_CASE("About another motion all is fitted anew from where it was, but for what is lost", "[diagnose][search]") {
+  const Effect right{kCogging, 0}, wrong{CoggingTorque{0.5, 14.0, 0.0}, 0};
+  Recorded recorded({right});
+  const Fit found = *recorded.fits.add({right});
+  const Fit lost = *recorded.fits.add({kHardening});
+  const double step = recorded.fits.problem().max_step;
+  CHECK(recorded.linearise(simulated(recorded.fits.problem(), found, recorded.about->paths)) == step);
+  CHECK(recorded.fits.ranked().empty());
+  CHECK_FALSE(recorded.fits.tried({right}));
+  const Fit* again = recorded.fits.add({wrong});  // what was found before is the better start
+  CHECK(order_of(*again) == Approx(order_of(found)).epsilon(1e-3));
+  CHECK(again->sse < found.sse + 1.0);
+  REQUIRE(lost.sse > 10.0 * (again->sse + 4000.0));
+  const Fit* as_it_was = recorded.fits.add({kHardening});
+  CHECK(as_it_was->sse == lost.sse);
+  CHECK(as_it_was->effects == lost.effects);
+}
+
+TEST_CASE("Finalists are brought to their optima, and none loses by it", "[diagnose][search]") {
+  Recorded recorded({kSticking});
+  recorded.fits.add({kSticking, kHardening});
+  recorded.fits.add_subsets();
+  std::map<std::string, double> before;
+  for (const Fit* fit : recorded.fits.ranked()) before[key(fit->effects)] = fit->sse;
+  recorded.fits.refine();
+  CHECK(recorded.fits.ranked().size() == before.size());
+  const double best = recorded.fits.ranked().front()->log_evidence;
+  int close = 0;
+  for (const Fit* fit : recorded.fits.ranked()) {
+    CAPTURE(key(fit->effects));
+    CHECK(fit->sse < before.at(key(fit->effects)) + 2.0);  // a prior may be worth as much
+    if (fit->log_evidence < best - 20.0) continue;
+    CHECK(fit->refined);
+    ++close;
+  }
+  CHECK(close > 1);
+}
