@@ -1,15 +1,24 @@
 #pragma once
 
+#include <Eigen/QR>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "base/random.hpp"
 #include "diagnose/fit/fit.hpp"
+#include "diagnose/fit/runs.hpp"
 #include "physics/machine/machine.hpp"
 
 namespace bayesctrl::testing {
+
+/// An effect as a trial may draw it for a machine that is moved by some 2 N m.
+template <class E>
+E drawn_effect(double strength) {
+  RandomStream random = random_stream(5, E::kName);
+  const auto uniform = [&](double low, double high) { return draw_uniform(random, low, high); };
+  return E::drawn(uniform, DrawScales{strength, 2.0, 2.5, 1.0, 3.0, 4.0});
+}
 
 /// How any machine is to be recorded.
 struct Recipe {
@@ -94,6 +103,43 @@ class Linearised {
     }
     fit.residual = Eigen::VectorXd::Zero(response.rows());
     return fit;
+  }
+
+  /// Rows of a model, the initial state of each segment moved to where it leaves least of the samples: Gauss-Newton
+  /// steps along central differences at the first.
+  Eigen::VectorXd rows_of(const Fit& fit) const {
+    constexpr double kStep = 1e-6;
+    constexpr int kSteps = 4;
+    const Runs runs(problem, fit);
+    Eigen::VectorXd rows(response.rows());
+    for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+      SegmentState x = fit.initial_states[w];
+      Eigen::MatrixXd residual = runs.residual(w, x), slope(residual.size(), x.size());
+      for (Eigen::Index i = 0; i < x.size(); ++i) {
+        const SegmentState step = kStep * SegmentState::Unit(x.size(), i);
+        slope.col(i) = ((runs.residual(w, x + step) - runs.residual(w, x - step)) / (2.0 * kStep)).reshaped();
+      }
+      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(slope);
+      for (int step = 0; step < kSteps; ++step) {
+        x -= SegmentState(solver.solve(Eigen::VectorXd(residual.reshaped())));
+        residual = runs.residual(w, x);
+      }
+      rows.segment(response.first_row(w), response.row_count(w)) = response.project(w, residual);
+    }
+    return rows;
+  }
+
+  /// How fast those rows fall with the unknown i: by central differences of +-h.
+  Eigen::VectorXd slope_of(const Fit& fit, Eigen::Index i, double h) const {
+    const auto at = [&](double value) {
+      Fit moved = fit;
+      Eigen::VectorXd values = values_of(fit);
+      values[i] = value;
+      assign(moved, values);
+      return rows_of(moved);
+    };
+    const double here = values_of(fit)[i];
+    return (at(here - h) - at(here + h)) / (2.0 * h);
   }
 
  private:
