@@ -48,7 +48,7 @@ inline Recorded recorded(const Machine& machine, const Recipe& recipe) {
     const double t = time.emplace_back(recipe.period * static_cast<double>(k));
     for (int j = 0; j < n; ++j) {
       input(k, j) = recipe.strength * (2.5 * std::sin(1.1 * t + recipe.phase + j) + 1.5 * std::sin((3.7 - j) * t) +
-                                     std::sin(7.9 * t + recipe.phase));
+                                       std::sin(7.9 * t + recipe.phase));
     }
   }
   StateVector start(2 * n);

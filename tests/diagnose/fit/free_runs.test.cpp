@@ -177,8 +177,7 @@ TEST_CASE("What a remainder remembers passes from one part of a motion to the ne
       return remember(remainder, made.data, made.truth, from, to, std::move(memory));
     };
     const Remainder::Memory whole = over(0, 299, {}), half = over(0, 123, {}), then = over(123, 299, half);
-    const Remainder::Memory at_first =
-        remainder.begin(made.truth.position.row(0), made.truth.velocity.row(0));
+    const Remainder::Memory at_first = remainder.begin(made.truth.position.row(0), made.truth.velocity.row(0));
     const auto torque = [&](const Remainder::Memory& memory) {
       return remainder.torque(memory, JointVector{{0.3}}, JointVector{{0.5}}, JointVector{{1.0}}, 2.99)[0];
     };

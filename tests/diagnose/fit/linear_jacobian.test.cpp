@@ -109,8 +109,8 @@ TEST_CASE("On a slide the columns of effects are the double integrals of what th
 
 TEST_CASE("A free mass moves a slide by what its motion takes of force", "[diagnose][fit]") {
   const Plant plant = Mass{kMass, 0.0};
-  Linearised about(plant, {recorded(Machine(plant, {}), {.seconds = 4.0}), recorded(Machine(plant, {}), {.seconds = 2.0})},
-                   1e-3);
+  Linearised about(
+      plant, {recorded(Machine(plant, {}), {.seconds = 4.0}), recorded(Machine(plant, {}), {.seconds = 2.0})}, 1e-3);
   about.problem.free = {"mass"};
   const Eigen::VectorXd expected =
       rows_of_force([&](std::size_t r, Eigen::Index k) { return -about.data[r].input(k, 0) / kMass; });
@@ -189,8 +189,7 @@ TEST_CASE("A prior that no effect declares is that at which the parameter accele
   CHECK(of(ConstantBias{7.0}, "torque") == Approx(of(ConstantBias{0.1}, "torque")));
   CHECK(of(InputGain{1.3}, "gain") ==
         Approx(allowed / rms([&](auto r, auto k) { return about.data[r].input(k, 0); })).epsilon(1e-6));
-  CHECK(of(ConstantBias{0.1}, "torque", 1) ==
-        Approx(allowed / rms([](auto r, auto) { return r == 1 ? 1.0 : 0.0; })));
+  CHECK(of(ConstantBias{0.1}, "torque", 1) == Approx(allowed / rms([](auto r, auto) { return r == 1 ? 1.0 : 0.0; })));
   CHECK(of(SensorScale{1.2}, "scale") == 0.2);
   CHECK(of(SensorOffset{0.3}, "angle") == 0.2);
   CHECK(of(CoggingTorque{}, "phase") == 2.0);  // declared

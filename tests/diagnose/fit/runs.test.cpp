@@ -107,9 +107,8 @@ TEST_CASE("Friction's hidden state is known along a stretch, and of a segment af
   const std::vector<double> not_found = largest_residuals(about, fit);
   const Runs runs(about.problem, fit);
   REQUIRE(fit.initial_states[4].size() == 4);
-  fit.initial_states[4] =
-      fit_initial_state([&](const SegmentState& x) { return runs.residual(4, x); }, fit.initial_states[4], 20,
-                        runs.precision(4, fit.initial_states[4]));
+  fit.initial_states[4] = fit_initial_state([&](const SegmentState& x) { return runs.residual(4, x); },
+                                            fit.initial_states[4], 20, runs.precision(4, fit.initial_states[4]));
   CHECK(std::abs(fit.initial_states[4][2]) > 0.1);
   const std::vector<double> found = largest_residuals(about, fit);
   for (std::size_t w = 0; w < windows.size(); ++w) {
@@ -125,10 +124,10 @@ TEST_CASE("A lag's departure from a recording's first input decays through the s
   const double lag = 0.6, departed = GENERATE(-1.5, 2.0);
   const Effect law{ActuatorLag{lag}, 0, -1};
   const Machine machine(kPendulum, {law});
-  const Linearised about(kPendulum,
-                         {recorded(machine, {.seconds = 4.0, .departed = departed}),
-                          recorded(machine, {.seconds = 4.0, .phase = 2.0})},
-                         1e-3, 0.5);
+  const Linearised about(
+      kPendulum,
+      {recorded(machine, {.seconds = 4.0, .departed = departed}), recorded(machine, {.seconds = 4.0, .phase = 2.0})},
+      1e-3, 0.5);
   Fit fit = about.at_truth({law});
   REQUIRE(fit.initial_states.size() == 16);
   REQUIRE(fit.initial_states[0].size() == 3);

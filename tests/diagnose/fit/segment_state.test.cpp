@@ -148,7 +148,8 @@ TEST_CASE("Hidden states are those of the initial state where it has them, else 
   CHECK(of(plain, false) == Eigen::Vector4d(1.0, 2.0, 3.0, 4.0));
   CHECK(of(plain, true) == Eigen::Vector4d(1.0, 2.0, 3.0, 4.0));
   CHECK(of(full, true) == Eigen::Vector4d(5.0, 6.0, 7.0, 8.0));
-  CHECK(of(full, false) == Eigen::Vector4d(1.0, 2.0, 7.0, 8.0));  // at a recording's first sample only lags are not known
+  CHECK(of(full, false) ==
+        Eigen::Vector4d(1.0, 2.0, 7.0, 8.0));  // at a recording's first sample only lags are not known
 }
 
 TEST_CASE("An initial state is handed down as far as both models have the same components", "[diagnose][fit]") {

@@ -102,8 +102,8 @@ TEST_CASE("Free parameters come first; their prior is about the value given, the
   const Plant given = Pendulum{.length = 0.8, .friction = 0.0, .mass = 0.6};
   const Plant plant = Pendulum{.length = 0.8, .friction = 0.05, .mass = 0.9};
   const Linearised about(plant, {recorded(Machine(plant, {}), {.seconds = 2.0})}, 1e-3);
-  const std::vector<Unknown> unknowns = list_unknowns(plant, given, {{CoulombFriction{0.2}, 0, -1}},
-                                                      {"mass", "friction"}, about.data, about.paths);
+  const std::vector<Unknown> unknowns =
+      list_unknowns(plant, given, {{CoulombFriction{0.2}, 0, -1}}, {"mass", "friction"}, about.data, about.paths);
   REQUIRE(unknowns.size() == 3);
   CHECK(unknowns[0].effect == -1);
   CHECK(unknowns[0].name == "mass");
