@@ -105,26 +105,31 @@ class Linearised {
     return fit;
   }
 
-  /// Rows of a model, the initial state of each segment moved to where it leaves least of the samples: Gauss-Newton
-  /// steps along central differences at the first.
-  Eigen::VectorXd rows_of(const Fit& fit) const {
+  /// The initial state of a segment that leaves least of its samples: Gauss-Newton steps along central differences at
+  /// the first.
+  static SegmentState best_start(const Runs& runs, std::size_t w, SegmentState x) {
     constexpr double kStep = 1e-6;
     constexpr int kSteps = 4;
+    Eigen::MatrixXd residual = runs.residual(w, x), slope(residual.size(), x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const SegmentState step = kStep * SegmentState::Unit(x.size(), i);
+      slope.col(i) = ((runs.residual(w, x + step) - runs.residual(w, x - step)) / (2.0 * kStep)).reshaped();
+    }
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(slope);
+    for (int step = 0; step < kSteps; ++step) {
+      x -= SegmentState(solver.solve(Eigen::VectorXd(residual.reshaped())));
+      residual = runs.residual(w, x);
+    }
+    return x;
+  }
+
+  /// Rows of a model whose segments all begin so.
+  Eigen::VectorXd rows_of(const Fit& fit) const {
     const Runs runs(problem, fit);
     Eigen::VectorXd rows(response.rows());
     for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
-      SegmentState x = fit.initial_states[w];
-      Eigen::MatrixXd residual = runs.residual(w, x), slope(residual.size(), x.size());
-      for (Eigen::Index i = 0; i < x.size(); ++i) {
-        const SegmentState step = kStep * SegmentState::Unit(x.size(), i);
-        slope.col(i) = ((runs.residual(w, x + step) - runs.residual(w, x - step)) / (2.0 * kStep)).reshaped();
-      }
-      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(slope);
-      for (int step = 0; step < kSteps; ++step) {
-        x -= SegmentState(solver.solve(Eigen::VectorXd(residual.reshaped())));
-        residual = runs.residual(w, x);
-      }
-      rows.segment(response.first_row(w), response.row_count(w)) = response.project(w, residual);
+      rows.segment(response.first_row(w), response.row_count(w)) =
+          response.project(w, runs.residual(w, best_start(runs, w, fit.initial_states[w])));
     }
     return rows;
   }
