@@ -156,6 +156,17 @@ TEST_CASE("The departure of a lag that the first window finds decays through the
   CHECK(largest(runs_of({kPendulum, {law}, {}}, made, horizon).window_rms) < 1e-5);
 }
 
+TEST_CASE("What one recording has found of a lag is nothing to the next, though its first window is not wanted",
+          "[diagnose][fit]") {
+  const Effect law{ActuatorLag{0.6}, 0, -1};
+  const Machine machine(kPendulum, {law});
+  const std::vector<Recorded> made{recorded(machine, {.departed = 2.0}), recorded(machine, {})};
+  const FreeRuns found = runs_of({kPendulum, {law}, {}}, made, 0.5, false,
+                                 [](const Segment& window) { return window.recording == 0 || window.first == 50; });
+  REQUIRE(found.window_rms.size() == 13);
+  CHECK(largest(found.window_rms) < 1e-5);
+}
+
 TEST_CASE("Hidden states come from the motion before a window, and from the window itself after a gap",
           "[diagnose][fit]") {
   const Effect law{PreslidingHysteresis{1.0, 1.0}, 0, -1};  // it remembers a radian of motion
@@ -198,6 +209,10 @@ TEST_CASE("A remainder's memory at a window is that of the motion before it, of 
   // The second recording alone has the same errors as beside the first.
   const FreeRuns alone = runs_of({kPendulum, {}, remainder}, {made[1]});
   for (std::size_t w = 0; w < 3; ++w) CHECK(alone.window_rms[w] == Approx(found.window_rms[w + 3]));
+  const FreeRuns last =
+      runs_of({kPendulum, {}, remainder}, made, 2.0, false, [](const Segment& window) { return window.first == 400; });
+  CHECK(last.window_rms[0] == Approx(found.window_rms[2]));
+  CHECK(last.window_rms[1] == Approx(found.window_rms[5]));
 }
 
 TEST_CASE("Runs with a remainder take steps that resolve its steep terms, whatever step is asked for",
