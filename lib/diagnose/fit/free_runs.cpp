@@ -47,6 +47,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
   double squares = 0.0;
   JointVector lags = JointVector::Zero(n);  // as the window before has found them,
   double since = 0.0;                       // at this time
+  std::size_t lags_of = 0;                  // of this recording
   Remainder::Memory memory;
   std::size_t of = 0, reached = 0;  // recording and sample that the memory belongs to
   for (const Segment& window : windows(data, horizon)) {
@@ -64,8 +65,9 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
       reached = window.first;
     }
     const double now = data[r].time[window.first];
-    lags = window.opens ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
+    lags = window.opens || r != lags_of ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
     since = now;
+    lags_of = r;
     const auto run = [&](const SegmentState& x, Eigen::MatrixXd* states) {
       return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step,
                          hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);

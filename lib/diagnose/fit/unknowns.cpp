@@ -56,6 +56,7 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const
       unknown.low = std::max(info.range.low, number(search.low));
       unknown.high = std::min(info.range.high, number(search.high));
       if (info.range.low_open) unknown.low += 1e-9;
+      if (info.range.high_open) unknown.high -= 1e-9;
       unknown.step = std::max(number(search.step), search.share * std::abs(value));
       unknown.prior_mean = search.mean;
       unknown.prior_deviation = number(search.deviation);
