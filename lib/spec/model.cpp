@@ -64,9 +64,8 @@ Effect read_effect(const Node& node, int joint_count) {
 
 nlohmann::ordered_json effect_schema(detail::Definitions& definitions) {
   std::vector<nlohmann::ordered_json> effects;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
-    effects.push_back(detail::object_schema<E>(definitions, E::kName));
-  });
+  for_each_alternative(static_cast<const EffectForm*>(nullptr),
+                       [&]<class E>(const E&) { effects.push_back(detail::object_schema<E>(definitions, E::kName)); });
   for (nlohmann::ordered_json& effect : effects) {
     effect["properties"]["joint"] = detail::number_schema(between(1, kMaxJoints), true);
     effect["properties"]["sd"] = {{"type", "object"}, {"description", "standard deviations, for people"}};

@@ -47,9 +47,8 @@ nlohmann::ordered_json json_value(const TermNotation& term) {
 
 nlohmann::ordered_json schema_value(const TermNotation*, detail::Definitions& definitions) {
   std::vector<nlohmann::ordered_json> choices;
-  for_each_alternative(static_cast<const Basis*>(nullptr), [&]<class B>(const B&) {
-    choices.push_back(detail::object_schema<B>(definitions, B::kName));
-  });
+  for_each_alternative(static_cast<const Basis*>(nullptr),
+                       [&]<class B>(const B&) { choices.push_back(detail::object_schema<B>(definitions, B::kName)); });
   for (nlohmann::ordered_json& choice : choices) {
     detail::add_property(choice, "joint", detail::number_schema(kJoint.range, true), kJoint, {});
     detail::add_property(choice, "weight", detail::number_schema(kWeight.range, false), kWeight, {});

@@ -100,8 +100,6 @@ typename B::Memory memory_of(const Held& held) {
   }
 }
 
-inline bool goes_on(const Basis& basis) {
-  return std::visit([]<class B>(const B&) { return B::kGoesOn; }, basis);
-}
+bool goes_on(const Basis& basis);
 
 }  // namespace bayesctrl
