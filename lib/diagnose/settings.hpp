@@ -95,6 +95,7 @@ struct FitSettings {
   int free_run_iterations = 6;
   int segment_trials = 6;
   double segment_damping = 1e-6;
+  double segment_growth = 30.0;
   double segment_gain = 1e-3;
   double kept_jacobian = 0.05;
   int linear_hold_pieces = 4;
@@ -137,6 +138,8 @@ struct FitSettings {
           {kPositive, "", "the same for the windows of free runs that `fit` reports"});
     field("segment_trials", self.segment_trials, {kPositive, "", "dampings that are tried in one of them"});
     field("segment_damping", self.segment_damping, {kPositive, "", "at first"});
+    field("segment_growth", self.segment_growth,
+          {kPositive, "", "of the damping after a failure: six trials span from none to a step of a twentieth"});
     field("segment_gain", self.segment_gain,
           {kPositive, "", "part of the SSE: no iteration that promises or gains less is worth its runs"});
     field("kept_jacobian", self.kept_jacobian,

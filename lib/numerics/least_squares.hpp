@@ -30,6 +30,8 @@ struct LeastSquaresOptions {
   int max_iterations = 20;
   int max_trials = 6;                // dampings that are tried in one iteration
   double damping = 1e-4;             // at first; share of the Hessian's diagonal that is added to it
+  double growth = 10.0;              // of the damping after a failure,
+  double rejected = 1e-2;            // and the least it is then
   double least_gain = 0.0;           // of the cost: an iteration that gains less is the last,
   double least_relative_gain = 0.0;  // and one that gains less than this share of the cost above `floor`
   double least_promise = 0.0;        // share of the cost that a step has to promise, else it is not taken
@@ -64,9 +66,8 @@ double promised_gain(const QuadraticModel& model, const Eigen::VectorXd& step);
 
 namespace detail {
 
-inline constexpr double kShrink = 0.1, kGrow = 10.0;             // of the damping, after success and failure,
-inline constexpr double kLeastDamping = 1e-9, kRejected = 1e-2;  // and its bounds: below, and after a failure
-inline constexpr double kRounding = 0.01;  // of the gain asked for: who loses less than that is at a minimum
+inline constexpr double kShrink = 0.1, kLeastDamping = 1e-9;  // of the damping after success, and its bound below
+inline constexpr double kRounding = 0.01;  // of the least gain: who loses less than that is at a minimum
 
 }  // namespace detail
 
@@ -111,14 +112,14 @@ LeastSquaresSummary least_squares(Problem& problem, Point& point, const LeastSqu
       }
       if (gain > 0.0) break;
       summary.cost = before;
-      damping = std::max(detail::kGrow * damping, detail::kRejected);
-      if (model.kept || gain > -detail::kRounding * asked) break;
+      damping = std::max(options.growth * damping, options.rejected);
+      if (model.kept || gain > -detail::kRounding * options.least_gain) break;
     }
     if (gain > 0.0) damping = std::max(detail::kShrink * damping, detail::kLeastDamping);
     agreement = gain > 0.0 ? std::abs(gain - promise) / promise : kInfinite;
     if (gain >= asked && gain > 0.0) continue;
     if (model.kept && !(gain > 0.0)) continue;  // once more with a Jacobian of this point
-    if (!(gain > -detail::kRounding * asked)) summary.end = no_descent;
+    if (!(gain > -detail::kRounding * options.least_gain)) summary.end = no_descent;
     ++summary.iterations;
     return summary;
   }

@@ -108,6 +108,8 @@ SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const Segment
                 {.max_iterations = rounds,
                  .max_trials = kSettings.fit.segment_trials,
                  .damping = kSettings.fit.segment_damping,
+                 .growth = kSettings.fit.segment_growth,
+                 .rejected = 0.0,
                  .least_relative_gain = kSettings.fit.segment_gain,
                  .least_promise = kSettings.fit.segment_gain});
   return best.x;
