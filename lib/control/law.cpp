@@ -1,9 +1,9 @@
 #include "control/law.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -12,7 +12,7 @@ JointVector feedback_linearise(const JointVector& drift, const JointMatrix& gain
   if (u.size() == 1) {
     u[0] /= gain(0, 0);
   } else {
-    u = gain.partialPivLu().solve(u).eval();
+    u = solve(gain, u);
   }
   if (!u.allFinite()) throw NumericalError("the control input is not finite: the input gain cannot be inverted");
   return u;

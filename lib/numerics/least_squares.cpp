@@ -1,8 +1,8 @@
 #include "numerics/least_squares.hpp"
 
-#include <Eigen/Cholesky>
-#include <numeric>
 #include <vector>
+
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -14,7 +14,7 @@ Eigen::VectorXd solve(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& des
   const Eigen::VectorXd scale = hessian.diagonal()(of).array().max(1e-300).rsqrt();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian(of, of) * scale.asDiagonal();
   const Eigen::VectorXd target = scale.cwiseProduct(descent(of));
-  return scale.cwiseProduct(scaled.ldlt().solve(target));
+  return scale.cwiseProduct(solve_symmetric(scaled, target).col(0));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "physics/model.hpp"
 
-#include <Eigen/LU>
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -48,9 +48,8 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   result.drift += mobility * torque;
   if (inertia.any()) {
     const JointMatrix system = JointMatrix::Identity(n, n) + mobility * inertia.asDiagonal();
-    const auto factor = system.partialPivLu();
-    result.drift = factor.solve(result.drift).eval();
-    result.gain = factor.solve(result.gain).eval();
+    result.drift = solve(system, result.drift);
+    result.gain = solve(system, result.gain);
   }
   return result;
 }

@@ -1,5 +1,9 @@
 #include "spec/older_terms.hpp"
 
+#include <array>
+#include <utility>
+
+#include "base/vector.hpp"
 #include "io/read.hpp"
 #include "io/schema.hpp"
 #include "physics/discrepancy/basis.hpp"

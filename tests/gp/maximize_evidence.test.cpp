@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "gp/evidence.hpp"
+#include "support/dense.hpp"
 #include "support/dense_gp.hpp"
 #include "support/families.hpp"
 
@@ -180,7 +181,7 @@ TEST_CASE("The parameters of a known process are recovered from its draws", "[gp
   const Eigen::MatrixXd inputs = random_points(kSamples, 1, 15.0, 62);
   Eigen::MatrixXd k = gram(truth.kernel, inputs, inputs);
   k.diagonal().array() += truth.noise_variance;
-  const Eigen::MatrixXd factor = k.llt().matrixL();
+  const Eigen::MatrixXd factor = testing::dense::lower_factor(k);
   RandomStream random = random_stream(4, "draw");
   Eigen::VectorXd z(kSamples);
   for (double& value : z) value = draw_normal(random);

@@ -6,6 +6,7 @@
 
 #include "base/random.hpp"
 #include "numerics/nist_problems.hpp"
+#include "support/dense.hpp"
 
 using namespace bayesctrl;
 using Eigen::MatrixXd;
@@ -81,7 +82,7 @@ TEST_CASE("A linear problem takes one step, and a Gauss-Newton step ends where t
   const VectorXd target = (VectorXd(4) << 1, 3, 2, 5).finished();
   const QuadraticModel model{jacobian.transpose() * jacobian, jacobian.transpose() * target, {}, {}};
   const VectorXd step = bounded_step(model);
-  CHECK(step.isApprox(model.hessian.inverse() * model.descent, 1e-12));
+  CHECK(step.isApprox(testing::dense::solve(model.hessian, model.descent), 1e-12));
   CHECK(promised_gain(model, step) ==
         Approx(0.5 * (target.squaredNorm() - (target - jacobian * step).squaredNorm())).epsilon(1e-12));
 }
@@ -104,7 +105,7 @@ TEST_CASE("Within bounds a step is that of the best set of active bounds", "[num
       }
       if (!free.empty()) {
         const VectorXd left = descent - hessian * step;
-        step(free) = MatrixXd(hessian(free, free)).inverse() * VectorXd(left(free));
+        step(free) = testing::dense::solve(hessian(free, free), left(free)).col(0);
       }
       if ((step - low).minCoeff() < 0.0 || (high - step).minCoeff() < 0.0) continue;
       most = std::max(most, promised_gain(model, step));

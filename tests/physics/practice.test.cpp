@@ -7,6 +7,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "support/dense.hpp"
+
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
 
@@ -46,7 +48,7 @@ double squares_of_window(const Machine& machine, const PracticeRecording& record
       moved[i] += 1e-5;
       slope.col(i) = (run(moved) - simulated) / 1e-5;
     }
-    x += slope.colPivHouseholderQr().solve(rest);
+    x += testing::dense::least_squares(slope, rest);
   }
   return best;
 }

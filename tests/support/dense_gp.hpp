@@ -1,12 +1,12 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 #include <span>
 #include <vector>
 
 #include "gp/process.hpp"
+#include "support/dense.hpp"
 
 namespace bayesctrl::testing {
 
@@ -38,33 +38,30 @@ class DenseProcess {
  public:
   DenseProcess(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::vector<double> targets,
                std::vector<double> noise_variances)
-      : prior_(prior), inputs_(inputs), rest_(inputs.rows()) {
-    Eigen::MatrixXd k = gram(prior.kernel, inputs, inputs);
+      : prior_(prior), inputs_(inputs), covariance_(gram(prior.kernel, inputs, inputs)), rest_(inputs.rows()) {
     for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
       const Eigen::VectorXd x = inputs.row(i);
       rest_[i] = targets[i] - prior.prior_mean(span_of(x));
-      k(i, i) += noise_variances[i];
+      covariance_(i, i) += noise_variances[i];
     }
-    solver_.compute(k);
   }
 
   Marginal predict(const Eigen::VectorXd& x) const {
     const Eigen::VectorXd k = gram(prior_.kernel, inputs_, x.transpose()).col(0);
-    return {prior_.prior_mean(span_of(x)) + k.dot(solver_.solve(rest_)),
-            covariance(prior_.kernel, x, x) - k.dot(solver_.solve(k))};
+    return {prior_.prior_mean(span_of(x)) + k.dot(solved(rest_)), covariance(prior_.kernel, x, x) - k.dot(solved(k))};
   }
 
   double log_marginal_likelihood() const {
-    const double log_determinant = solver_.vectorD().array().log().sum();
-    return -0.5 * (rest_.dot(solver_.solve(rest_)) + log_determinant +
-                   static_cast<double>(rest_.size()) * std::log(2.0 * std::numbers::pi));
+    return dense::log_density(rest_, covariance_) -
+           0.5 * static_cast<double>(rest_.size()) * std::log(2.0 * std::numbers::pi);
   }
 
  private:
+  Eigen::VectorXd solved(const Eigen::VectorXd& b) const { return dense::solve(covariance_, b); }
+
   GaussianProcess prior_;
-  Eigen::MatrixXd inputs_;
+  Eigen::MatrixXd inputs_, covariance_;
   Eigen::VectorXd rest_;
-  Eigen::LDLT<Eigen::MatrixXd> solver_;
 };
 
 inline GaussianProcess process_with(const Kernel& kernel, double noise_variance) {

@@ -9,6 +9,7 @@
 #include "diagnose/fit/fit.hpp"
 #include "diagnose/fit/runs.hpp"
 #include "physics/machine/machine.hpp"
+#include "support/dense.hpp"
 
 namespace bayesctrl::testing {
 
@@ -115,9 +116,8 @@ class Linearised {
       const SegmentState step = kStep * SegmentState::Unit(x.size(), i);
       slope.col(i) = ((runs.residual(w, x + step) - runs.residual(w, x - step)) / (2.0 * kStep)).reshaped();
     }
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(slope);
     for (int step = 0; step < kSteps; ++step) {
-      x -= SegmentState(solver.solve(Eigen::VectorXd(residual.reshaped())));
+      x -= SegmentState(dense::least_squares(slope, residual.reshaped()).col(0));
       residual = runs.residual(w, x);
     }
     return x;

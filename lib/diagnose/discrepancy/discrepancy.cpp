@@ -1,11 +1,11 @@
 #include "diagnose/discrepancy/discrepancy.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -15,27 +15,12 @@ constexpr std::array<double, 8> kScales{0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 1
 constexpr std::size_t kUnit = 5;  // of them, 1
 constexpr double kRound = 1e-11;  // of the largest square, added so that dependent columns have a factor
 
-/// columns' columns, of which the lower half alone is read.
-Eigen::MatrixXd gram_of(const Eigen::MatrixXd& columns) {
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-  return gram;
+/// Of 1 + scale^2 covariance, of which the lower half alone is read.
+Cholesky beside_noise(const Eigen::MatrixXd& covariance, double scale) {
+  Eigen::MatrixXd sum = scale * scale * covariance;
+  sum.diagonal().array() += 1.0;
+  return Cholesky(sum);
 }
-
-/// Makes rows with covariance 1 + scale^2 covariance (of which the lower half alone is read) white.
-class Whitening {
- public:
-  Whitening(const Eigen::MatrixXd& covariance, double scale) {
-    Eigen::MatrixXd sum = scale * scale * covariance;
-    sum.diagonal().array() += 1.0;
-    root_.compute(sum);
-  }
-  double log_determinant() const { return 2.0 * root_.matrixLLT().diagonal().array().log().sum(); }
-  Eigen::MatrixXd operator()(const Eigen::MatrixXd& rows) const { return root_.matrixL().solve(rows); }
-
- private:
-  Eigen::LLT<Eigen::MatrixXd> root_;
-};
 
 /// (T + shift) x = y for a symmetric tridiagonal T that is positive semidefinite, and log det(T + shift).
 struct TridiagonalSolution {
@@ -130,7 +115,7 @@ Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eige
   Ridge best;
   if (columns.cols() == 0) return best;
   // columns' columns = Q T Q', T tridiagonal: every scale then costs no more than the number of columns.
-  const Eigen::Tridiagonalization<Eigen::MatrixXd> tridiagonal(gram_of(columns));
+  const Eigen::Tridiagonalization<Eigen::MatrixXd> tridiagonal(lower_gram(columns));
   const Eigen::VectorXd along = tridiagonal.diagonal(), beside = tridiagonal.subDiagonal();
   const Eigen::VectorXd g = tridiagonal.matrixQ().adjoint() * (columns.transpose() * target);
   for (const double scale : kScales) {
@@ -145,8 +130,8 @@ Discrepancy::Ridge Discrepancy::ridge(const Eigen::MatrixXd& columns, const Eige
 
 Discrepancy::Ridge Discrepancy::ridge_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& target) {
   const auto at = [&](std::size_t i) {
-    const Whitening white(covariance, kScales[i]);
-    const double explained = target.squaredNorm() - white(target).squaredNorm();
+    const Cholesky white = beside_noise(covariance, kScales[i]);
+    const double explained = target.squaredNorm() - white.whitened(target).squaredNorm();
     return Ridge{0.5 * (explained - white.log_determinant()), kScales[i], explained};
   };
   Ridge best = at(kUnit);
@@ -229,7 +214,7 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
     if (group.use == TermUse::parametric) continue;
     const Ridge fit = ridge(group.columns, target);
     kinds.push_back({&group, fit.scale, fit.log_evidence});
-    together.selfadjointView<Eigen::Lower>().rankUpdate(group.columns, fit.scale * fit.scale);
+    add_outer_product(together, group.columns, fit.scale * fit.scale);
   }
   const Ridge whole = ridge_of(together, target);
   kinds.push_back({nullptr, whole.scale, whole.log_evidence});
@@ -285,21 +270,20 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
     // The covariance 1 + s^2 columns columns' is whitened: with columns = Q R along Q alone.
     Eigen::MatrixXd q, covariance;
     if (kind.group != nullptr) {
-      Eigen::MatrixXd square = gram_of(kind.group->columns);
+      Eigen::MatrixXd square = lower_gram(kind.group->columns);
       square.diagonal().array() += kRound * std::max(1.0, square.diagonal().maxCoeff());
-      const Eigen::LLT<Eigen::MatrixXd> factor(square);
-      q = kind.group->columns;
-      factor.matrixU().solveInPlace<Eigen::OnTheRight>(q);
-      covariance = gram_of(factor.matrixL());
+      const Cholesky factor(square);
+      q = factor.whitened_on_the_right(kind.group->columns);
+      covariance = lower_gram(factor.lower());
     } else {
       covariance = together;
     }
     for (const double part : {0.1, 1.0}) {
-      const Whitening white(covariance, part * kind.scale);
+      const Cholesky white = beside_noise(covariance, part * kind.scale);
       const auto whitened = [&](const Eigen::MatrixXd& rows) -> Eigen::MatrixXd {
-        if (kind.group == nullptr) return white(rows);
+        if (kind.group == nullptr) return white.whitened(rows);
         const Eigen::MatrixXd along = q.transpose() * rows;
-        return rows - q * (along - white(along));
+        return rows - q * (along - white.whitened(along));
       };
       const Eigen::VectorXd y = whitened(target);
       consider(whitened(narrow), y, 0.5 * (target.squaredNorm() - y.squaredNorm() - white.log_determinant()));

@@ -1,11 +1,11 @@
 #include "diagnose/discrepancy/left_out.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -61,7 +61,7 @@ Eigen::VectorXd LeftOut::weights_from(const Part& part, const Prior& prior) {
   information *= deviations.asDiagonal();
   information.diagonal().array() += 1.0;
   const Eigen::VectorXd slope = deviations.cwiseProduct(part.projected(prior.features));
-  return deviations.cwiseProduct(information.selfadjointView<Eigen::Lower>().llt().solve(slope));
+  return deviations.cwiseProduct(Cholesky(information).solve(slope).col(0));
 }
 
 double LeftOut::sse(const Prior& prior) const {

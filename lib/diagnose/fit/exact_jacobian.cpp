@@ -43,7 +43,7 @@ ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Ei
       const auto slot = static_cast<std::size_t>(i);
       by_unknown.col(i).head(residual.size()) = ((residual - beside[slot].residual(w, start)) / steps[slot]).reshaped();
     }
-    const auto& solver = by_initial_state_.emplace_back(by_initial_state);
+    const PivotedQr& solver = by_initial_state_.emplace_back(by_initial_state);
     const Eigen::MatrixXd along = solver.solve(by_unknown);
     const Eigen::MatrixXd projected = (by_unknown - by_initial_state * along).topRows(residual.size());
     for (Eigen::Index i = 0; i < values.size(); ++i) {
@@ -62,7 +62,7 @@ void ExactJacobian::follow(const FitProblem& problem, Fit& next, const Eigen::Ve
     const SegmentState& start = next.initial_states[w];
     Eigen::VectorXd left(residual.size() + start.size());
     left << residual.reshaped(), -weights_[w].cwiseSqrt().cwiseProduct(start);
-    const SegmentState better = start + SegmentState(by_initial_state_[w].solve(left));
+    const SegmentState better = start + SegmentState(by_initial_state_[w].solve(left).col(0));
     const Eigen::MatrixXd tried = runs.residual(w, better);
     if (tried.squaredNorm() + weights_[w].dot(better.cwiseAbs2()) < left.squaredNorm()) {
       next.initial_states[w] = better;

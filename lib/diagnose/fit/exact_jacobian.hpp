@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/QR>
-
 #include "diagnose/fit/fit.hpp"
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -22,10 +21,9 @@ class ExactJacobian {
 
  private:
   Eigen::MatrixXd jacobian_;
-  std::vector<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>>
-      by_initial_state_;                // per window: samples, then initial state, x initial state
-  std::vector<SegmentState> weights_;   // per window: of the initial state a priori
-  std::vector<Eigen::MatrixXd> along_;  // per window: initial state x unknowns
+  std::vector<PivotedQr> by_initial_state_;  // per window: samples, then initial state, x initial state
+  std::vector<SegmentState> weights_;        // per window: of the initial state a priori
+  std::vector<Eigen::MatrixXd> along_;       // per window: initial state x unknowns
 };
 
 }  // namespace bayesctrl

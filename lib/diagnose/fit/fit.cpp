@@ -1,6 +1,5 @@
 #include "diagnose/fit/fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "diagnose/fit/runs.hpp"
 #include "diagnose/fit/shooting.hpp"
 #include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
@@ -171,7 +171,7 @@ void assign(Fit& fit, const Eigen::VectorXd& values) {
 
 void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& jacobian) {
   const Eigen::MatrixXd curvature = information(jacobian, fit);
-  fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
+  fit.covariance = solve_symmetric(curvature, Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
   Eigen::MatrixXd scaled = curvature;
   for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
     const double s = fit.unknowns[static_cast<std::size_t>(i)].prior_deviation;
@@ -180,7 +180,7 @@ void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& jacobian)
   }
   // The identity and what the data add: no pivot is below 1, but rounding in an ill-conditioned one may put it there.
   double log_det = 0.0;
-  if (scaled.size() > 0) log_det = scaled.ldlt().vectorD().array().max(1.0).log().sum();
+  if (scaled.size() > 0) log_det = symmetric_pivots(scaled).array().max(1.0).log().sum();
   fit.log_evidence =
       -0.5 * (fit.sse + prior_cost(fit) + log_det) - problem.penalty * static_cast<double>(fit.effects.size());
   if (!curvature.allFinite() || !std::isfinite(fit.log_evidence)) fit.log_evidence = -kInfinity;

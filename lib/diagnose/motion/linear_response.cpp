@@ -1,12 +1,11 @@
 #include "diagnose/motion/linear_response.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
 #include "numerics/minimize.hpp"
 
 namespace bayesctrl {
@@ -30,7 +29,7 @@ Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& windo
               : std::cos(std::numbers::pi * static_cast<double>(m - kSettings.motion.polynomial_modes + 2) * s);
     }
   }
-  return modes.householderQr().householderQ() * Eigen::MatrixXd::Identity(samples, count);
+  return orthonormal_basis(modes);
 }
 
 }  // namespace
@@ -96,8 +95,7 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
       start.middleRows(j * count, count) = modes.transpose() * free.middleRows(j * samples, samples);
     }
     for (Eigen::Index c = 0; c < states; ++c) start.col(c).normalize();
-    const Eigen::MatrixXd q = start.householderQr().householderQ();
-    const Eigen::MatrixXd keep = q.rightCols(count * n - states).transpose();
+    const Eigen::MatrixXd keep = orthonormal_complement(start).transpose();
     const Eigen::MatrixXd projection = keep * slow;
     Eigen::VectorXd flat(samples * n);
     for (Eigen::Index j = 0; j < n; ++j) flat.segment(j * samples, samples) = rest.col(j);
@@ -133,7 +131,7 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
     projection_.push_back(std::move(interleaved));
     const Eigen::VectorXd size = free.colwise().norm();
     const Eigen::MatrixXd scaled = free * size.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).ldlt().solve(scaled.transpose());
+    const Eigen::MatrixXd inverse = solve_symmetric(scaled.transpose() * scaled, scaled.transpose());
     Eigen::MatrixXd start_map(states, samples * n), by_initial_state(samples * n, states);
     for (Eigen::Index j = 0; j < n; ++j) {
       for (Eigen::Index i = 0; i < samples; ++i) {
@@ -165,12 +163,11 @@ LinearResponse LinearResponse::with_process_noise(const Eigen::VectorXd& intensi
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(map_[w].rows(), map_[w].rows());
     for (Eigen::Index j = 0; j < joints_; ++j)
       covariance += intensity[j] * intensity[j] * process_noise_covariance(w, j);
-    const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-    root.matrixL().solveInPlace(result.map_[w]);
-    root.matrixL().solveInPlace(result.projection_[w]);
-    Eigen::VectorXd target = target_.segment(offset_[w], map_[w].rows());
-    root.matrixL().solveInPlace(target);
-    result.target_.segment(offset_[w], map_[w].rows()) = target;
+    const Cholesky root(covariance);
+    result.map_[w] = root.whitened(map_[w]);
+    result.projection_[w] = root.whitened(projection_[w]);
+    result.target_.segment(offset_[w], map_[w].rows()) =
+        root.whitened(target_.segment(offset_[w], map_[w].rows())).col(0);
   }
   return result;
 }
@@ -191,10 +188,10 @@ Eigen::VectorXd LinearResponse::likely_intensity(const Eigen::VectorXd& residual
       const Eigen::Index rows = map_[w].rows();
       Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(rows, rows);
       for (Eigen::Index j = 0; j < joints_; ++j) covariance += std::exp(x[j]) * part(j);
-      const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+      const Cholesky root(covariance);
       const Eigen::MatrixXd inverse = root.solve(Eigen::MatrixXd::Identity(rows, rows));
       const Eigen::VectorXd rest = residual.segment(offset_[w], rows), solved = inverse * rest;
-      sum += 0.5 * rest.dot(solved) + root.matrixLLT().diagonal().array().log().sum();
+      sum += 0.5 * (rest.dot(solved) + root.log_determinant());
       for (Eigen::Index j = 0; j < joints_; ++j) {
         gradient[j] += 0.5 * std::exp(x[j]) * (inverse.cwiseProduct(part(j)).sum() - solved.dot(part(j) * solved));
       }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "numerics/dense.hpp"
+
 namespace bayesctrl {
 
 namespace {
@@ -11,6 +13,14 @@ namespace {
 constexpr int kMaxStates = 3 * kMaxJoints;
 using State = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxStates, 1>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxStates>;
+
+// One function per operation: as expressions each of these products would be compiled anew where it stands.
+Square product(const Square& a, const Square& b) { return a * b; }
+Square product_with_transpose(const Square& a, const Square& b) { return a * b.transpose(); }
+State product(const Square& a, const State& x) { return a * x; }
+/// a += scale x x'.
+void add_outer(Square& a, const State& x, double scale) { a.noalias() += scale * x * x.transpose(); }
+Square inverse(const Square& a) { return a.partialPivLu().inverse(); }
 
 /// d(q'')/d[q, v] at one point, joints x 2 joints, by central differences.
 Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, 2 * kMaxJoints> slope(
@@ -60,7 +70,7 @@ class Filter {
         likelihood -= 0.5 * (surprise * surprise / variance + std::log(variance));
         const State gain = p.col(j) / variance;
         x += gain * surprise;
-        p -= (gain * gain.transpose() * variance).eval();
+        add_outer(p, gain, -variance);
       }
       if (!x.allFinite()) return -kInfinity;
       if (out != nullptr) {
@@ -73,9 +83,10 @@ class Filter {
     Square smoothed_p = filtered_p.back();
     for (std::size_t i = count; i-- > 0;) {
       if (i + 1 < count) {
-        const Square gain = filtered_p[i] * transition[i].transpose() * predicted_p[i + 1].partialPivLu().inverse();
-        smoothed = State(filtered[i] + gain * (smoothed - predicted[i + 1]));
-        smoothed_p = Square(filtered_p[i] + gain * (smoothed_p - predicted_p[i + 1]) * gain.transpose());
+        const Square gain = product(product_with_transpose(filtered_p[i], transition[i]), inverse(predicted_p[i + 1]));
+        smoothed = filtered[i] + product(gain, State(smoothed - predicted[i + 1]));
+        smoothed_p =
+            filtered_p[i] + product_with_transpose(product(gain, Square(smoothed_p - predicted_p[i + 1])), gain);
       }
       const auto row = static_cast<Eigen::Index>(stretch.first + i);
       out->position.row(row) = smoothed.head(n);
@@ -120,8 +131,8 @@ class Filter {
     rate.block(0, n, n, n).setIdentity();
     rate.block(n, 0, n, 2 * n) = a;
     rate.block(n, 2 * n, n, n) = mobility;
-    const Square square = rate * rate;
-    Square phi = Square::Identity(size, size) + h * rate + 0.5 * h * h * square + h * h * h / 6.0 * (square * rate);
+    const Square square = product(rate, rate), cube = product(square, rate);
+    Square phi = Square::Identity(size, size) + h * rate + 0.5 * h * h * square + h * h * h / 6.0 * cube;
     Square q_noise = Square::Zero(size, size);
     for (Eigen::Index j = 0; j < n; ++j) {
       const TorquePrior& prior = prior_[static_cast<std::size_t>(j)];
@@ -135,12 +146,12 @@ class Filter {
         push[n + i] = 0.5 * h * mobility(i, j);
         push[i] = h * h / 6.0 * mobility(i, j);
       }
-      q_noise += variance * push * push.transpose();
+      add_outer(q_noise, push, variance);
       x[2 * n + j] *= decay;
     }
     x.head(n) = q;
     x.segment(n, n) = v;
-    p = (phi * p * phi.transpose() + q_noise).eval();
+    p = product_with_transpose(product(phi, p), phi) + q_noise;
     p = (0.5 * (p + p.transpose())).eval();
     for (Eigen::Index i = 0; i < 2 * n; ++i) p(i, i) += 1e-18;
     return phi;
@@ -208,9 +219,8 @@ Eigen::VectorXd torque_scale(const Plant& plant, const std::vector<Measured>& da
           (m.time[k + reach] - m.time[k - reach]);
       const JointVector u = input_at(m, k, 0.0), none = JointVector::Zero(n);
       const Motion driven = motion(plant, q, v, u, m.time[k]), idle = motion(plant, q, v, none, m.time[k]);
-      const auto inertia = driven.mobility.partialPivLu();
-      const JointVector motor = inertia.solve(driven.acceleration - idle.acceleration);
-      const JointVector inner = inertia.solve(idle.acceleration);
+      const JointVector motor = solve(driven.mobility, JointVector(driven.acceleration - idle.acceleration));
+      const JointVector inner = solve(driven.mobility, idle.acceleration);
       squares += motor.cwiseAbs2() + inner.cwiseAbs2();
       count += 1.0;
     }

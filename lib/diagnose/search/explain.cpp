@@ -1,13 +1,13 @@
 #include "diagnose/search/explain.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 
 #include "base/error.hpp"
 #include "diagnose/search/fits.hpp"
 #include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
+#include "numerics/distributions.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
@@ -218,8 +218,7 @@ Projected free_projected_out(const Linearisation& about, const Plant& plant, con
   if (free.empty()) return result;
   Eigen::MatrixXd basis = jacobian_of_free(*about.response, *about.forcing, plant, data, free);
   for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
-  const Eigen::MatrixXd q =
-      basis.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
+  const Eigen::MatrixXd q = PivotedQr(basis).basis();
   result.columns -= (q * (q.transpose() * result.columns)).eval();
   result.target -= (q * (q.transpose() * result.target)).eval();
   return result;
@@ -243,8 +242,7 @@ double cost(double error, const Fit& fit) {
 double Explanation::p_value(const Fit& fit) const {
   const double used = static_cast<double>(fit.unknowns.size());
   const double degrees = std::max(1.0, rows - used);
-  const boost::math::fisher_f distribution(degrees, fast_rows);
-  return boost::math::cdf(boost::math::complement(distribution, std::min(fit.sse / degrees, 1e12)));
+  return fisher_f_tail(std::min(fit.sse / degrees, 1e12), degrees, fast_rows);
 }
 
 double Explanation::excess(const Fit& fit) const {

@@ -1,11 +1,11 @@
 #include "diagnose/search/screen.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
 
 namespace bayesctrl {
 
@@ -30,8 +30,7 @@ struct Screen::Value {
 Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
                const ScreenOptions& options)
     : dictionary_(dictionary), options_(options), g_(columns.transpose() * target) {
-  gram_ = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
-  gram_.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  gram_ = lower_gram(columns);
   gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
 }
 

@@ -1,7 +1,6 @@
 #include "diagnose/verdict/which.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -10,6 +9,7 @@
 #include "diagnose/fit/free_runs.hpp"
 #include "diagnose/fit/process_noise.hpp"
 #include "diagnose/settings.hpp"
+#include "numerics/distributions.hpp"
 
 namespace bayesctrl {
 
@@ -81,9 +81,7 @@ double vuong_bounded(double nats, const Eigen::VectorXd& more) {
   if (more.size() < 2) return nats;
   const double scatter = std::sqrt((more.array() - more.mean()).square().sum() * count / (count - 1.0));
   if (!(scatter > 0.0)) return nats;
-  const boost::math::students_t distribution(count - 1.0);
-  const double t = nats / scatter;
-  const double wrong = boost::math::cdf(boost::math::complement(distribution, t));
+  const double wrong = student_t_tail(nats / scatter, count - 1.0);
   return wrong > 0.0 ? std::min(nats, std::log((1.0 - wrong) / wrong)) : nats;
 }
 

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include "diagnose/settings.hpp"
+#include "support/dense.hpp"
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -137,19 +138,18 @@ TEST_CASE("Odds of an effect beside a discrepancy are those of two normal distri
     const Eigen::VectorXd y = drawn + 2.0 * c + pendulum.white(19);
     const Discrepancy::Beside said = discrepancy.beside(c, y, kPenalty);
 
-    Eigen::LLT<Eigen::MatrixXd> factor;
+    Eigen::MatrixXd likely;
     double highest = -kInfinity;
     for (const double scale : {0.1, 0.3, 1.0, 3.0, 10.0}) {
       Eigen::MatrixXd covariance = scale * scale * group.columns * group.columns.transpose();
       covariance.diagonal().array() += 1.0;
-      const Eigen::LLT<Eigen::MatrixXd> tried(covariance);
-      const double log_determinant = 2.0 * tried.matrixLLT().diagonal().array().log().sum();
-      const double log_density = -0.5 * (y.dot(tried.solve(y)) + log_determinant);
+      const double log_density = testing::dense::log_density(y, covariance);
       if (log_density <= highest) continue;
       highest = log_density;
-      factor = tried;
+      likely = covariance;
     }
-    const double cc = c.dot(factor.solve(c)), cy = c.dot(factor.solve(y));
+    const Eigen::VectorXd solved = testing::dense::solve(likely, c);
+    const double cc = c.dot(solved), cy = y.dot(solved);
     const double odds = 0.5 * (cy * cy / (1.0 + cc) - std::log1p(cc)) - kPenalty;
     CAPTURE(names(Cause{})[static_cast<std::size_t>(group.cause)]);
     CHECK(said.log_odds == Approx(odds).epsilon(kRoot));

@@ -6,6 +6,7 @@
 #include "diagnose/fit/fit.hpp"
 #include "diagnose/fit/linear_jacobian.hpp"
 #include "support/compare.hpp"
+#include "support/dense.hpp"
 #include "support/linearised.hpp"
 #include "support/recorded_pendulum.hpp"
 
@@ -36,13 +37,11 @@ struct Regression {
   double log_evidence() const {
     const Eigen::MatrixXd scaled = x * s.asDiagonal();
     const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(y.size(), y.size()) + scaled * scaled.transpose();
-    const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-    const Eigen::VectorXd off = y - x * m;
-    return -0.5 * off.dot(root.solve(off)) - root.matrixLLT().diagonal().array().log().sum();
+    return testing::dense::log_density(y - x * m, covariance);
   }
   Eigen::MatrixXd covariance() const {
     const Eigen::MatrixXd precision = s.cwiseAbs2().cwiseInverse().asDiagonal();
-    return (x.transpose() * x + precision).inverse();
+    return testing::dense::inverse(x.transpose() * x + precision);
   }
   Eigen::VectorXd best() const { return m + covariance() * (x.transpose() * (y - x * m)); }
 };

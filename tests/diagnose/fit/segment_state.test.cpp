@@ -9,6 +9,7 @@
 #include "base/random.hpp"
 #include "diagnose/settings.hpp"
 #include "support/compare.hpp"
+#include "support/dense.hpp"
 #include "support/linearised.hpp"
 
 using namespace bayesctrl;
@@ -46,7 +47,7 @@ TEST_CASE("Where the residual is linear in the initial state, what is found is o
       };
       const SegmentState start = 10.0 * normal_matrix(random, states, 1);
       const SegmentState found = fit_initial_state(residual, start, 8, SegmentState::Zero(states));
-      const Eigen::VectorXd expected = design.householderQr().solve(measured);
+      const Eigen::VectorXd expected = testing::dense::least_squares(design, measured);
       CAPTURE(states, joint_count);
       CHECK(largest_difference(found, expected) < kLeft * (start - expected).norm());
     }
@@ -69,7 +70,7 @@ TEST_CASE("The first position and speed of a slide are those of the regression o
     const double t = made.data.time[static_cast<std::size_t>(k)];
     design.row(k) << 1.0, mass / friction * -std::expm1(-friction * t / mass);
   }
-  const Eigen::VectorXd expected = design.householderQr().solve(Eigen::VectorXd(made.data.position - forced));
+  const Eigen::VectorXd expected = testing::dense::least_squares(design, made.data.position - forced);
   const SegmentState start{{1.0, -2.0}}, found = fit_initial_state(residual, start, 8, SegmentState::Zero(2));
   CHECK(largest_difference(found, expected) < kLeft * (start - expected).norm());
 }
@@ -87,7 +88,7 @@ TEST_CASE("What is known of an initial state weighs as much as samples with the 
     const double variance = residual(found).squaredNorm() / 40.0;
     Eigen::MatrixXd hessian = design.transpose() * design;
     hessian(2, 2) += known * variance;
-    const Eigen::VectorXd expected = hessian.ldlt().solve(design.transpose() * measured);
+    const Eigen::VectorXd expected = testing::dense::solve(hessian, design.transpose() * measured);
     CAPTURE(known, found.transpose(), expected.transpose());
     const Eigen::VectorXd off = found - expected;
     CHECK(off.dot(hessian * off) < 2.0 * kSettings.fit.segment_gain * residual(found).squaredNorm());

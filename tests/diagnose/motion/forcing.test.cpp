@@ -2,7 +2,6 @@
 
 #include "diagnose/motion/forcing.hpp"
 
-#include <boost/math/distributions/normal.hpp>
 #include <catch2/catch.hpp>
 
 #include "support/compare.hpp"
@@ -96,7 +95,7 @@ E example(const Swings& swings, int joint) {
 TEST_CASE("A torque of any form accelerates by its mean over each step", "[diagnose][motion]") {
   const Swings swings(kArm);
   const Forcing forcing = swings.forcing();
-  const boost::math::normal normal;
+  const auto normal_cdf = [](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); };
   int checked = 0;
   for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
     for (const int j : {0, 1}) {
@@ -112,7 +111,7 @@ TEST_CASE("A torque of any form accelerates by its mean over each step", "[diagn
           ++checked;
         } else if constexpr (DryFriction<E>) {
           const Eigen::MatrixXd expected = swings.mean(r, j, [&](const JointState& s) {
-            return form.sliding(s) * (1.0 - 2.0 * boost::math::cdf(normal, s.velocity / kSpeedDeviation));
+            return form.sliding(s) * (1.0 - 2.0 * normal_cdf(s.velocity / kSpeedDeviation));
           });
           CHECK(relative(found, expected) < 0.005);
           ++checked;

@@ -2,11 +2,11 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "base/random.hpp"
 #include "diagnose/recording/measured.hpp"
 #include "physics/plant.hpp"
+#include "support/dense.hpp"
 
 namespace bayesctrl::testing {
 
@@ -27,7 +27,7 @@ struct LinearMachine {
     Eigen::MatrixXd rate = Eigen::MatrixXd::Zero(6, 6);
     rate.topLeftCorner(4, 4) = a;
     rate.block(2, 4, 2, 2).setIdentity();
-    const Eigen::MatrixXd moved = Eigen::MatrixXd(h * rate).exp();
+    const Eigen::MatrixXd moved = dense::exponential(h * rate);
     return {moved.topLeftCorner(4, 4), moved.topRightCorner(4, 2)};
   }
 

@@ -9,6 +9,7 @@
 
 #include "diagnose/motion/linear_machine.hpp"
 #include "support/compare.hpp"
+#include "support/dense.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -76,11 +77,9 @@ double squares_on_rows(const LinearRecordings& of, const Segment& window, const 
   }
   Eigen::MatrixXd slow = Eigen::MatrixXd::Zero(2 * samples, 2 * count);
   slow.topLeftCorner(samples, count) = slow.bottomRightCorner(samples, count) = modes;
-  const auto part_in = [](const Eigen::MatrixXd& space, const Eigen::MatrixXd& x) {
-    return Eigen::MatrixXd(space * space.colPivHouseholderQr().solve(x));
-  };
-  const Eigen::VectorXd held = part_in(slow, positions.reshaped());
-  return held.squaredNorm() - part_in(part_in(slow, initial), held).squaredNorm();
+  using testing::dense::projected;
+  const Eigen::VectorXd held = projected(slow, positions.reshaped());
+  return held.squaredNorm() - projected(projected(slow, initial), held).squaredNorm();
 }
 
 /// Positions of one window in units of the noise.
@@ -238,9 +237,7 @@ TEST_CASE("Likely intensities are those under which a residual has the highest d
       }
       const Eigen::MatrixXd by = response.responses(push).middleRows(at, rows);
       covariance += by * by.transpose();
-      const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-      sum -= 0.5 * residual.segment(at, rows).dot(root.solve(residual.segment(at, rows)));
-      sum -= root.matrixLLT().diagonal().array().log().sum();
+      sum += testing::dense::log_density(residual.segment(at, rows), covariance);
     }
     return sum;
   };

@@ -9,6 +9,7 @@
 
 #include "diagnose/motion/linear_machine.hpp"
 #include "support/compare.hpp"
+#include "support/dense.hpp"
 
 using namespace bayesctrl;
 using testing::LinearMachine, testing::linear_noise, testing::linear_times, testing::measure;
@@ -31,7 +32,7 @@ Transition transition(const LinearMachine& machine, const std::vector<TorquePrio
   }
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(12, 12);
   both << -rate, density, Eigen::MatrixXd::Zero(6, 6), rate.transpose();
-  const Eigen::MatrixXd moved = Eigen::MatrixXd(h * both).exp();
+  const Eigen::MatrixXd moved = testing::dense::exponential(h * both);
   const Eigen::MatrixXd of_state = moved.bottomRightCorner(6, 6).transpose();
   Eigen::MatrixXd of_input = Eigen::MatrixXd::Zero(6, 2);
   of_input.topRows(4) = machine.step(h).of_acceleration * machine.mobility;
@@ -71,11 +72,12 @@ Conditional conditional(const LinearMachine& machine, const Measured& data, cons
   }
   rest -= seen * mean;
   const Eigen::MatrixXd across = covariance * seen.transpose();
-  const Eigen::LLT<Eigen::MatrixXd> root(seen * across + Eigen::MatrixXd(white.asDiagonal()));
-  const Eigen::VectorXd posterior = mean + across * root.solve(rest);
-  const Eigen::VectorXd left = covariance.diagonal() - (across * root.solve(across.transpose())).diagonal();
+  const Eigen::MatrixXd of_rest = seen * across + Eigen::MatrixXd(white.asDiagonal());
+  const Eigen::VectorXd posterior = mean + across * testing::dense::solve(of_rest, rest);
+  const Eigen::MatrixXd known = across * testing::dense::solve(of_rest, across.transpose());
+  const Eigen::VectorXd left = covariance.diagonal() - known.diagonal();
   return {posterior.reshaped(6, samples).transpose(), left.cwiseMax(0.0).cwiseSqrt().reshaped(6, samples).transpose(),
-          -0.5 * rest.dot(root.solve(rest)) - root.matrixLLT().diagonal().array().log().sum()};
+          testing::dense::log_density(rest, of_rest)};
 }
 
 /// A recording with its truth [q, v, d] (samples x 6): the missing torque is a draw of its prior.
@@ -97,7 +99,7 @@ Drawn drawn(const LinearMachine& machine, const std::vector<TorquePrior>& prior,
     if (k + 1 == samples) break;
     const auto i = static_cast<std::size_t>(k);
     const Transition by = transition(machine, prior, result.data.time[i + 1] - result.data.time[i]);
-    const Eigen::MatrixXd root = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(by.noise).operatorSqrt();
+    const Eigen::MatrixXd root = testing::dense::square_root(by.noise);
     x = (by.of_state * x + by.of_input * result.data.input.row(k).transpose() + root * normal(6)).eval();
   }
   measure(result.data, result.truth.leftCols(2), linear_noise(), random);

@@ -6,10 +6,12 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.hpp"
+#include "support/dense.hpp"
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;
 using testing::kPendulum, testing::kPendulumNoise, testing::LinearisedPendulum, testing::record;
+using testing::dense::log_density;
 
 namespace {
 
@@ -22,12 +24,6 @@ Fit fit_of(double sse, std::size_t unknowns, std::size_t effects = 0) {
   fit.unknowns.resize(unknowns);
   fit.effects.resize(effects);
   return fit;
-}
-
-/// log N(y; 0, C).
-double log_density(const Eigen::VectorXd& y, const Eigen::MatrixXd& covariance) {
-  const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-  return -0.5 * y.dot(root.solve(y)) - root.matrixLLT().diagonal().array().log().sum();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/random.hpp"
+#include "support/dense.hpp"
 
 using namespace bayesctrl;
 
@@ -55,8 +56,8 @@ std::vector<int> columns_of(const Dictionary& dictionary, const Finding& finding
 
 /// log N(y; 0, I + X X') - log N(y; 0, I).
 double log_odds(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
-  const Eigen::LLT<Eigen::MatrixXd> root(Eigen::MatrixXd::Identity(y.size(), y.size()) + x * x.transpose());
-  return 0.5 * (y.squaredNorm() - y.dot(root.solve(y))) - root.matrixLLT().diagonal().array().log().sum();
+  const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(y.size(), y.size()) + x * x.transpose();
+  return testing::dense::log_density(y, covariance) + 0.5 * y.squaredNorm();
 }
 
 /// The same of a set with the penalties of its effects and of their shapes.
@@ -97,7 +98,7 @@ TEST_CASE("A set's evidence is its density less the penalties of its effects and
     CHECK(finding.log_evidence == Approx(evidence(dictionary, finding, columns, y, penalty)).margin(1e-9));
     const Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(x.cols(), x.cols()) + x.transpose() * x;
     if (x.cols() == 0) continue;
-    CHECK((finding.coefficients - precision.llt().solve(x.transpose() * y)).norm() < 1e-9);
+    CHECK((finding.coefficients - testing::dense::solve(precision, x.transpose() * y)).norm() < 1e-9);
     CHECK(finding.explained == Approx((x.transpose() * y).dot(finding.coefficients)));
   }
 }

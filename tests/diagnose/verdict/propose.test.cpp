@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "support/dense.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -80,7 +81,7 @@ TEST_CASE("An input promises half the squares that the other cannot imitate, in 
   const Eigen::VectorXd way = 0.5 * kForce / kMass * t.cwiseAbs2();
   Eigen::MatrixXd start(1001, 2);
   start << Eigen::VectorXd::Ones(1001), t;
-  const double squares = (way - start * start.householderQr().solve(way)).squaredNorm();
+  const double squares = (way - testing::dense::projected(start, way)).squaredNorm();
   REQUIRE(next);
   CHECK(next->expected_log_odds == Approx(0.5 * kProbable * squares / (kSensor * kSensor)).epsilon(1e-4));
 }
