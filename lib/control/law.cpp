@@ -12,7 +12,7 @@ JointVector feedback_linearise(const JointVector& drift, const JointMatrix& gain
   if (u.size() == 1) {
     u[0] /= gain(0, 0);
   } else {
-    u = solve(gain, u);
+    u = JointSolver(gain).solve(u);
   }
   if (!u.allFinite()) throw NumericalError("the control input is not finite: the input gain cannot be inverted");
   return u;

@@ -1,8 +1,6 @@
 #include "numerics/dense.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <utility>
 
 namespace bayesctrl {
 
@@ -60,8 +58,10 @@ void add_outer_product(Eigen::MatrixXd& sum, const Eigen::MatrixXd& a, double sc
   sum.selfadjointView<Eigen::Lower>().rankUpdate(a, scale);
 }
 
-JointVector solve(const JointMatrix& a, const JointVector& b) { return a.partialPivLu().solve(b); }
+JointSolver::JointSolver(const JointMatrix& a) : lu_(a) {}
 
-JointMatrix solve(const JointMatrix& a, const JointMatrix& b) { return a.partialPivLu().solve(b); }
+JointVector JointSolver::solve(const JointVector& b) const { return lu_.solve(b); }
+
+JointMatrix JointSolver::solve(const JointMatrix& b) const { return lu_.solve(b); }
 
 }  // namespace bayesctrl

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include "base/vector.hpp"
@@ -60,8 +61,15 @@ Eigen::MatrixXd lower_gram(const Eigen::MatrixXd& a);
 /// sum += scale a a', the lower half alone.
 void add_outer_product(Eigen::MatrixXd& sum, const Eigen::MatrixXd& a, double scale);
 
-/// a^-1 b of the small matrices of a machine's joints.
-JointVector solve(const JointMatrix& a, const JointVector& b);
-JointMatrix solve(const JointMatrix& a, const JointMatrix& b);
+/// a^-1 b of the small matrices of a machine's joints (L U with pivots); allocates nothing.
+class JointSolver {
+ public:
+  explicit JointSolver(const JointMatrix& a);
+  JointVector solve(const JointVector& b) const;
+  JointMatrix solve(const JointMatrix& b) const;
+
+ private:
+  Eigen::PartialPivLU<JointMatrix> lu_;
+};
 
 }  // namespace bayesctrl

@@ -48,8 +48,9 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   result.drift += mobility * torque;
   if (inertia.any()) {
     const JointMatrix system = JointMatrix::Identity(n, n) + mobility * inertia.asDiagonal();
-    result.drift = solve(system, result.drift);
-    result.gain = solve(system, result.gain);
+    const JointSolver solver(system);
+    result.drift = solver.solve(result.drift);
+    result.gain = solver.solve(result.gain);
   }
   return result;
 }

@@ -1,6 +1,5 @@
 #include "gp/kernel.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
 

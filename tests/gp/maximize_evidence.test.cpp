@@ -1,4 +1,3 @@
-#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -1,6 +1,5 @@
 #include "numerics/least_squares.hpp"
 
-#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <optional>
 

@@ -2,8 +2,6 @@
 
 #include "physics/plant.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -3,7 +3,6 @@
 
 #include "support/practice.hpp"
 
-#include <Eigen/QR>
 #include <catch2/catch.hpp>
 #include <cmath>
 

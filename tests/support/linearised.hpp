@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/QR>
 #include <cmath>
 #include <utility>
 #include <vector>

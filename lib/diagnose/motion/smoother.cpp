@@ -219,8 +219,9 @@ Eigen::VectorXd torque_scale(const Plant& plant, const std::vector<Measured>& da
           (m.time[k + reach] - m.time[k - reach]);
       const JointVector u = input_at(m, k, 0.0), none = JointVector::Zero(n);
       const Motion driven = motion(plant, q, v, u, m.time[k]), idle = motion(plant, q, v, none, m.time[k]);
-      const JointVector motor = solve(driven.mobility, JointVector(driven.acceleration - idle.acceleration));
-      const JointVector inner = solve(driven.mobility, idle.acceleration);
+      const JointSolver inertia(driven.mobility);
+      const JointVector motor = inertia.solve(JointVector(driven.acceleration - idle.acceleration));
+      const JointVector inner = inertia.solve(idle.acceleration);
       squares += motor.cwiseAbs2() + inner.cwiseAbs2();
       count += 1.0;
     }

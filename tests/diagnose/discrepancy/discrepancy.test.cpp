@@ -3,7 +3,6 @@
 
 #include "diagnose/discrepancy/discrepancy.hpp"
 
-#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
 #include "diagnose/settings.hpp"

@@ -2,7 +2,6 @@
 
 #include "diagnose/discrepancy/remainder_search.hpp"
 
-#include <Eigen/QR>
 #include <catch2/catch.hpp>
 
 #include "diagnose/fit/free_runs.hpp"

@@ -2,7 +2,6 @@
 
 #include "diagnose/discrepancy/term_groups.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>

@@ -1,6 +1,5 @@
 // What a fit says of a linear machine is in closed form: parameters, deviations, evidence; how fine it integrates.
 
-#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
 #include "diagnose/fit/fit.hpp"

@@ -2,7 +2,6 @@
 
 #include "diagnose/fit/free_runs.hpp"
 
-#include <Eigen/QR>
 #include <catch2/catch.hpp>
 
 #include "support/compare.hpp"

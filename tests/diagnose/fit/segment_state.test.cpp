@@ -2,7 +2,6 @@
 
 #include "diagnose/fit/segment_state.hpp"
 
-#include <Eigen/QR>
 #include <catch2/catch.hpp>
 
 #include "base/error.hpp"

@@ -2,8 +2,6 @@
 
 #include "diagnose/motion/linear_response.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <catch2/catch.hpp>
 #include <numbers>
 

@@ -2,8 +2,6 @@
 
 #include "diagnose/motion/smoother.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <numbers>
 

@@ -2,7 +2,6 @@
 
 #include "diagnose/search/explain.hpp"
 
-#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 
 #include "base/error.hpp"

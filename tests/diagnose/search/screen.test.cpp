@@ -2,7 +2,6 @@
 
 #include "diagnose/search/screen.hpp"
 
-#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>

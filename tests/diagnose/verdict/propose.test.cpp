@@ -2,7 +2,6 @@
 
 #include "diagnose/verdict/propose.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <catch2/catch.hpp>
 
