@@ -48,6 +48,14 @@ ordered_json family(const auto* variant) {
   return list;
 }
 
+ordered_json effects() {
+  ordered_json list = ordered_json::array();
+  for (const EffectLaw* law : catalogue()) {
+    list.push_back(member_json(law->name, law->text, std::string(law->equation), describe(law->declared())));
+  }
+  return list;
+}
+
 ordered_json metrics() {
   ordered_json list = ordered_json::array();
   for (const Metric& metric : all_metrics()) {
@@ -79,7 +87,7 @@ constexpr Family kFamilies[] = {{"plants", [] { return family(static_cast<const 
                                 {"controllers", [] { return family(static_cast<const Controller*>(nullptr)); }},
                                 {"references", [] { return family(static_cast<const Reference*>(nullptr)); }},
                                 {"kernels", [] { return family(static_cast<const decltype(Kernel::form)*>(nullptr)); }},
-                                {"effects", [] { return family(static_cast<const EffectForm*>(nullptr)); }},
+                                {"effects", effects},
                                 {"bases", [] { return family(static_cast<const Basis*>(nullptr)); }},
                                 {"metrics", metrics},
                                 {"settings", settings}};

@@ -72,12 +72,11 @@ std::string default_text(const T& value) {
 }
 
 template <HasFields T>
-void describe_fields(const std::string& prefix, std::vector<ParameterDescription>& list) {
-  const T defaults{};
+void describe_fields(const T& defaults, const std::string& prefix, std::vector<ParameterDescription>& list) {
   T::fields(defaults, [&]<class Member>(std::string_view key, const Member& member, const Info& info) {
     const std::string name = prefix + std::string(key);
     if constexpr (HasFields<Member> && !HasJsonValue<Member>) {
-      describe_fields<Member>(name + ".", list);
+      describe_fields(Member{}, name + ".", list);
     } else {
       add(list, name, info, range_text<Member>(info), default_text(member));
     }
@@ -88,9 +87,9 @@ void describe_fields(const std::string& prefix, std::vector<ParameterDescription
 
 /// The parameters of T in the order of their declaration.
 template <HasFields T>
-std::vector<ParameterDescription> describe() {
+std::vector<ParameterDescription> describe(const T& defaults = {}) {
   std::vector<ParameterDescription> list;
-  detail::describe_fields<T>("", list);
+  detail::describe_fields(defaults, "", list);
   return list;
 }
 

@@ -64,20 +64,27 @@ template <>
 inline constexpr bool has_plain_default<std::vector<double>> = true;
 
 template <HasFields T>
-nlohmann::ordered_json object_schema(Definitions& definitions, std::string_view type = "") {
+nlohmann::ordered_json object_schema(const T& defaults, Definitions& definitions, std::string_view type,
+                                     std::string_view text) {
   nlohmann::ordered_json schema = empty_object_schema();
   if (!type.empty()) {
     schema["properties"]["type"] = {{"const", type}};
     schema["required"].push_back("type");
   }
-  if constexpr (requires { T::kText; }) schema["description"] = T::kText;
-  const T defaults{};
+  if (!text.empty()) schema["description"] = text;
   T::fields(defaults, [&]<class Member>(std::string_view key, const Member& member, const Info& info) {
     std::optional<nlohmann::ordered_json> fallback;
     if constexpr (has_plain_default<Member>) fallback = to_json(member);
     add_property(schema, key, schema_of<Member>(key, info, definitions), info, std::move(fallback));
   });
   return schema;
+}
+
+template <HasFields T>
+nlohmann::ordered_json object_schema(Definitions& definitions, std::string_view type = "") {
+  std::string_view text;
+  if constexpr (requires { T::kText; }) text = T::kText;
+  return object_schema(T{}, definitions, type, text);
 }
 
 /// Either all fields, or a plain value for the one that may stand alone.

@@ -1,5 +1,10 @@
 #include "physics/effect.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <variant>
+
 namespace bayesctrl {
 
 std::vector<double> spread(double low, double high, int count) {
@@ -10,19 +15,35 @@ std::vector<double> spread(double low, double high, int count) {
   return values;
 }
 
+const EffectLaw& law_of(const void* type) {
+  for (const EffectLaw* law : catalogue()) {
+    if (law->type == type) return *law;
+  }
+  throw std::invalid_argument("an effect that is not in the catalogue");
+}
+
+EffectForm::EffectForm() : EffectForm(declared_effect(0)) {}
+
+std::size_t EffectForm::index() const {
+  return static_cast<std::size_t>(std::ranges::find(catalogue(), law_) - catalogue().begin());
+}
+
+void EffectForm::refuse() { throw std::bad_variant_access(); }
+
+std::vector<std::string_view> effect_names() {
+  std::vector<std::string_view> names;
+  for (const EffectLaw* law : catalogue()) names.push_back(law->name);
+  return names;
+}
+
 bool same_kind(const Effect& a, const Effect& b) {
-  return a.form.index() == b.form.index() && a.joint == b.joint && a.recording == b.recording;
+  return &a.form.law() == &b.form.law() && a.joint == b.joint && a.recording == b.recording;
 }
 
 double spring_torque(const std::vector<Effect>& effects, int joint, double position) {
   double torque = 0.0;
   for (const Effect& effect : effects) {
-    if (effect.joint != joint) continue;
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (SpringEffect<E>) torque += form.torque_at({.position = position});
-        },
-        effect.form);
+    if (effect.joint == joint && effect.form.roles().spring) torque += effect.form.torque_at({.position = position});
   }
   return torque;
 }
@@ -31,56 +52,30 @@ bool redundant(const std::vector<Effect>& effects) {
   for (const Effect& law : effects) {
     for (const Effect& other : effects) {
       if (&other != &law && same_kind(other, law)) return true;
+      if (other.joint == law.joint && &other.form.law() == law.form.law().contained()) return true;
     }
-    const bool found = std::visit(
-        [&]<class E>(const E&) {
-          if constexpr (requires { typename E::Contains; }) {
-            for (const Effect& other : effects) {
-              if (other.joint == law.joint && std::holds_alternative<typename E::Contains>(other.form)) return true;
-            }
-          }
-          return false;
-        },
-        law.form);
-    if (found) return true;
   }
   return false;
 }
 
 std::optional<EffectForm> equivalent(const EffectForm& form) {
-  return std::visit(
-      []<class E>(const E& held) -> std::optional<EffectForm> {
-        if constexpr (requires { held.equivalent(); }) return held.equivalent();
-        std::optional<EffectForm> found;
-        for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class Other>(const Other&) {
-          if constexpr (requires { Other::equivalent_of(held); }) found = Other::equivalent_of(held);
-        });
-        return found;
-      },
-      form);
-}
-
-int least_joints(const EffectForm& form) {
-  return std::visit(
-      []<class E>(const E&) {
-        if constexpr (requires { E::kLeastJoints; }) return E::kLeastJoints;
-        return 1;
-      },
-      form);
-}
-
-int hidden_count(const EffectForm& form) {
-  return std::visit([]<class E>(const E&) { return hidden_count<E>(); }, form);
+  std::optional<EffectForm> found = form.law().equivalent(form);
+  for (const EffectLaw* law : catalogue()) {
+    if (found) break;
+    found = law->equivalent_of(form);
+  }
+  return found;
 }
 
 int hidden_count(const std::vector<Effect>& effects) {
   int count = 0;
-  for (const Effect& effect : effects) count += hidden_count(effect.form);
+  for (const Effect& effect : effects) count += effect.form.law().hidden_count;
   return count;
 }
 
 std::string_view channel(const EffectForm& form) {
-  return std::visit([]<class E>(const E&) { return channel_of<E>(); }, form);
+  if (form.roles().sensor) return "sensor";
+  return form.roles().on_input() ? "input" : "drift";
 }
 
 }  // namespace bayesctrl

@@ -1,49 +1,227 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <concepts>
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <new>
 #include <optional>
-#include <string>
-#include <variant>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
-#include "physics/effects/actuator_lag.hpp"
-#include "physics/effects/added_inertia.hpp"
-#include "physics/effects/asymmetric_friction.hpp"
-#include "physics/effects/backlash.hpp"
-#include "physics/effects/cogging_torque.hpp"
-#include "physics/effects/constant_bias.hpp"
-#include "physics/effects/coulomb_friction.hpp"
-#include "physics/effects/coupling_torque.hpp"
-#include "physics/effects/cubic_spring.hpp"
-#include "physics/effects/gravity_tilt.hpp"
-#include "physics/effects/hard_stop.hpp"
-#include "physics/effects/input_dead_zone.hpp"
-#include "physics/effects/input_delay.hpp"
-#include "physics/effects/input_gain.hpp"
-#include "physics/effects/input_saturation.hpp"
-#include "physics/effects/linear_spring.hpp"
-#include "physics/effects/load_dependent_friction.hpp"
-#include "physics/effects/periodic_disturbance.hpp"
-#include "physics/effects/position_dependent_friction.hpp"
-#include "physics/effects/presliding_hysteresis.hpp"
-#include "physics/effects/quadratic_drag.hpp"
-#include "physics/effects/sensor_offset.hpp"
-#include "physics/effects/sensor_scale.hpp"
-#include "physics/effects/stribeck_friction.hpp"
-#include "physics/effects/torque_step.hpp"
-#include "physics/effects/viscous_friction.hpp"
+#include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
 
-/// The catalogue of additional physics. A new effect is one file in effects/ and one line here. Input effects apply in
-/// this order; the kinds below tell how an effect acts.
-using EffectForm = std::variant<ViscousFriction, CoulombFriction, StribeckFriction, QuadraticDrag, AsymmetricFriction,
-                                PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring,
-                                CouplingTorque, ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance,
-                                TorqueStep, AddedInertia, InputDelay, InputGain, InputDeadZone, Backlash,
-                                InputSaturation, ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale>;
+class EffectForm;
+
+/// How an effect acts: those of the first group, of which each has one at least, are the concepts of effect_law.hpp.
+struct EffectRoles {
+  bool torque = false, dry_friction = false, hidden_state = false, inertia = false, tilt = false;
+  bool delay = false, map = false, play = false, lag = false, sensor = false;
+
+  bool of_time = false;        // a torque that is no function of the machine's state,
+  bool timed = false;          // one that jumps at a time, at which integration steps must end,
+  bool spring = false;         // one that the joint's bearings carry
+  bool gain = false;           // a map of the input that multiplies it
+  bool feels_load = false;     // it reads the load on the bearings
+  bool settles = false;        // its hidden state can say where it is after a while
+  bool needs_turning = false;  // it has no meaning on a slide
+
+  constexpr bool any() const {
+    return torque || dry_friction || hidden_state || inertia || tilt || delay || map || play || lag || sensor;
+  }
+  constexpr bool on_input() const { return delay || map || play || lag; }
+};
+
+/// What an effect adds to a machine whose response to it is linear in coefficients: see Shape.
+struct EffectShape {
+  std::vector<EffectForm> members;
+  int sign = 0;
+  int recording = -1;
+  double low = -kInfinity, high = kInfinity;
+  std::function<EffectForm(std::span<const double>)> combined;  // from a coefficient for each member
+};
+
+/// One type of effect, as its file in effects/ declares it (LawOf, effect_law.hpp); its functions take an effect of
+/// this type. What a type is not made for gives 0 or nothing.
+class EffectLaw {
+ public:
+  using FieldVisitor = std::function<void(std::string_view name, double& value, const Info& info)>;
+  using Uniform = std::function<double(double low, double high)>;
+
+  virtual ~EffectLaw() = default;
+  EffectLaw(const EffectLaw&) = delete;
+  EffectLaw& operator=(const EffectLaw&) = delete;
+
+  const void* const type;  // effect_type_of its struct
+  const std::string_view name, equation, text;
+  const EffectRoles roles;
+  const int hidden_count;       // numbers of its hidden state
+  const int least_joints;       // that a machine must have for it to act
+  const std::string_view jump;  // of a timed effect: the parameter that says by how much
+
+  virtual double torque_at(const EffectForm& form, const JointState& joint) const = 0;
+  virtual double sliding(const EffectForm& form, const JointState& joint) const = 0;
+  virtual double holding(const EffectForm& form, const JointState& joint) const = 0;
+  virtual double torque_of(const EffectForm& form, std::span<const double> z, const JointState& joint) const = 0;
+  virtual double settling_rate(const EffectForm& form, const JointState& joint) const = 0;
+  virtual void rate(const EffectForm& form, std::span<const double> z, const JointState& joint,
+                    std::span<double> result) const = 0;
+  virtual void settle(const EffectForm& form, std::span<double> z, const JointState& joint, double h) const = 0;
+  virtual bool is_steady(const EffectForm& form, std::span<const double> z, const JointState& joint) const = 0;
+  virtual double added_inertia(const EffectForm& form) const = 0;
+  virtual double tilt(const EffectForm& form) const = 0;
+  virtual double switch_time(const EffectForm& form) const = 0;
+  virtual double delay_time(const EffectForm& form) const = 0;
+  virtual double lag(const EffectForm& form) const = 0;
+  virtual double transform(const EffectForm& form, double u) const = 0;
+  virtual double follow(const EffectForm& form, double u, double before) const = 0;
+  virtual double slope(const EffectForm& form) const = 0;
+  virtual double measured(const EffectForm& form, double position) const = 0;
+
+  virtual bool equal(const EffectForm& a, const EffectForm& b) const = 0;
+  virtual void fields(EffectForm& form, const FieldVisitor& visit) const = 0;
+  virtual std::string problem(const EffectForm& form) const = 0;
+  virtual void admit(EffectForm& form) const = 0;
+
+  virtual EffectForm declared() const = 0;
+  virtual std::pair<EffectForm, int> drawn(const Uniform& uniform, const DrawScales& scales) const = 0;
+  virtual double least_drag(const EffectForm& form) const = 0;
+  virtual std::vector<EffectShape> shapes(const OperatingRange& range) const = 0;
+
+  virtual const EffectLaw* contained() const = 0;  // beside it that law adds nothing
+  virtual const EffectLaw* simpler_law() const = 0;
+  virtual std::optional<EffectForm> simpler(const EffectForm& form) const = 0;
+  virtual std::vector<EffectForm> extending(const EffectForm& simpler) const = 0;
+  virtual EffectForm scaled(const EffectForm& form, double by) const = 0;
+  virtual std::optional<EffectForm> equivalent(const EffectForm& form) const = 0;
+  virtual std::optional<EffectForm> equivalent_of(const EffectForm& other) const = 0;
+
+ protected:
+  EffectLaw(const void* its_type, std::string_view its_name, std::string_view its_equation, std::string_view its_text,
+            EffectRoles its_roles, int its_hidden_count, int its_least_joints, std::string_view its_jump)
+      : type(its_type),
+        name(its_name),
+        equation(its_equation),
+        text(its_text),
+        roles(its_roles),
+        hidden_count(its_hidden_count),
+        least_joints(its_least_joints),
+        jump(its_jump) {}
+};
+
+/// Its address tells the structs of effects apart.
+template <class E>
+inline constexpr char effect_type_of = 0;
+
+/// The law in the catalogue of a struct; std::invalid_argument where it has none.
+const EffectLaw& law_of(const void* type);
+template <class E>
+const EffectLaw& law_of() {
+  return law_of(&effect_type_of<E>);
+}
+
+/// A struct of an effect's file.
+template <class E>
+concept EffectType = HasFields<E> && requires(const OperatingRange& range) {
+  E::kEquation;
+  E::shapes(range);
+};
+
+/// A law of the catalogue with its parameters: a value that copies like the numbers it consists of. What may be asked
+/// of it: its roles.
+class EffectForm {
+ public:
+  EffectForm();  // the first of the catalogue, as declared
+
+  template <EffectType E>
+  requires(!std::is_same_v<E, EffectForm>) EffectForm(const E& effect) : law_(&law_of<E>()) {
+    static_assert(std::is_trivially_copyable_v<E> && sizeof(E) <= sizeof(data_) && alignof(E) <= alignof(double));
+    ::new (static_cast<void*>(data_.data())) E(effect);
+  }
+
+  const EffectLaw& law() const { return *law_; }
+  const EffectRoles& roles() const { return law_->roles; }
+  std::string_view name() const { return law_->name; }
+  std::size_t index() const;  // in the catalogue
+
+  template <class E>
+  bool holds() const {
+    return law_->type == &effect_type_of<E>;
+  }
+  /// The effect as what it is; null, or std::bad_variant_access, where it is of another type.
+  template <class E>
+  const E* get_if() const {
+    return holds<E>() ? &as<E>() : nullptr;
+  }
+  template <class E>
+  const E& get() const {
+    if (!holds<E>()) refuse();
+    return as<E>();
+  }
+
+  double torque_at(const JointState& joint) const { return law_->torque_at(*this, joint); }
+  double sliding(const JointState& joint) const { return law_->sliding(*this, joint); }
+  double holding(const JointState& joint) const { return law_->holding(*this, joint); }
+  double torque_of(std::span<const double> z, const JointState& joint) const {
+    return law_->torque_of(*this, z, joint);
+  }
+  double settling_rate(const JointState& joint) const { return law_->settling_rate(*this, joint); }
+  void rate(std::span<const double> z, const JointState& joint, std::span<double> result) const {
+    law_->rate(*this, z, joint, result);
+  }
+  void settle(std::span<double> z, const JointState& joint, double h) const { law_->settle(*this, z, joint, h); }
+  bool is_steady(std::span<const double> z, const JointState& joint) const { return law_->is_steady(*this, z, joint); }
+  double added_inertia() const { return law_->added_inertia(*this); }
+  double tilt() const { return law_->tilt(*this); }
+  double switch_time() const { return law_->switch_time(*this); }
+  double delay_time() const { return law_->delay_time(*this); }
+  double lag() const { return law_->lag(*this); }
+  double transform(double u) const { return law_->transform(*this, u); }
+  double follow(double u, double before) const { return law_->follow(*this, u, before); }
+  double slope() const { return law_->slope(*this); }
+  double measured(double position) const { return law_->measured(*this, position); }
+
+  /// Those of its type: base/fields.hpp.
+  static void fields(auto& self, auto&& field) {
+    if constexpr (std::is_const_v<std::remove_reference_t<decltype(self)>>) {
+      EffectForm copy = self;
+      copy.law_->fields(copy, [&](std::string_view name, double& value, const Info& info) {
+        field(name, std::as_const(value), info);
+      });
+    } else {
+      self.law_->fields(self,
+                        [&](std::string_view name, double& value, const Info& info) { field(name, value, info); });
+    }
+  }
+  std::string problem() const { return law_->problem(*this); }
+  void admit() { law_->admit(*this); }  // moves parameters that contradict each other
+
+  bool operator==(const EffectForm& other) const { return law_ == other.law_ && law_->equal(*this, other); }
+
+ private:
+  template <class E>
+  friend class LawOf;
+
+  template <class E>
+  const E& as() const {
+    return *std::launder(reinterpret_cast<const E*>(data_.data()));
+  }
+  template <class E>
+  E& as() {
+    return *std::launder(reinterpret_cast<E*>(data_.data()));
+  }
+  [[noreturn]] static void refuse();
+
+  static constexpr std::size_t kMostNumbers = 6;
+  const EffectLaw* law_;
+  alignas(double) std::array<std::byte, kMostNumbers * sizeof(double)> data_{};
+};
+
+inline std::string_view name_of(const EffectForm& form) { return form.name(); }
 
 /// One effect in one joint (counted from 0; files and reports count from 1).
 struct Effect {
@@ -54,143 +232,12 @@ struct Effect {
   bool operator==(const Effect&) const = default;
 };
 
-/// A torque that is a function of the joint's state.
-template <class E>
-concept TorqueEffect = requires(const E& e, const JointState& s) {
-  { e.torque_at(s) } -> std::same_as<double>;
-};
+/// The laws of all effects (catalogue.hpp), in their order, and after them those that AddedEffect adds.
+const std::vector<const EffectLaw*>& catalogue();
+std::vector<std::string_view> effect_names();
 
-/// Dry friction: `sliding` is its magnitude in motion, `holding` the largest torque that it resists at rest.
-template <class E>
-concept DryFriction = requires(const E& e, const JointState& s) {
-  { e.sliding(s) } -> std::same_as<double>;
-  { e.holding(s) } -> std::same_as<double>;
-};
-
-/// A torque from a state z of its own, any HiddenState: z' = rate(z, joint), the fastest part of which settles at
-/// `settling_rate`. Steps of the integration resolve that rate. Optional: `settled(z, joint, h)`, exact after h seconds
-/// in which the joint's state is constant; `is_steady(z, joint)`, when longer steps will do.
-template <class E>
-concept HiddenStateEffect = requires(const E& e, const JointState& s, const typename E::State& z) {
-  { e.rate(z, s) } -> std::same_as<typename E::State>;
-  { e.settling_rate(s) } -> std::same_as<double>;
-  { e.torque_of(z, s) } -> std::same_as<double>;
-};
-template <class E>
-concept SolvedStateEffect = HiddenStateEffect<E> && requires(const E& e, const JointState& s, typename E::State z) {
-  { e.settled(z, s, 1.0) } -> std::same_as<typename E::State>;
-};
-
-/// How many numbers the hidden state of an effect is.
-template <class E>
-constexpr int hidden_count() {
-  if constexpr (HiddenStateEffect<E>) return static_cast<int>(std::tuple_size_v<typename E::State>);
-  return 0;
-}
-
-/// A torque that jumps at a time, at which integration steps must end; `kJump` names the parameter by how much.
-template <class E>
-concept TimedEffect = requires(const E& e) {
-  { e.switch_time() } -> std::same_as<double>;
-  E::kJump;
-};
-
-/// A torque that is no function of the machine's state.
-template <class E>
-concept TimeEffect = TorqueEffect<E> && E::kOfTime;
-
-/// A torque that the joint's bearings carry: part of the load on them.
-template <class E>
-concept SpringEffect = TorqueEffect<E> && E::kSpring;
-
-/// It reads the load on the bearings: JointState's motor_torque and external_torque.
-template <class E>
-concept LoadedEffect = E::kFeelsLoad;
-
-template <class E>
-concept TiltEffect = requires(const E& e) {
-  { e.tilt() } -> std::same_as<double>;
-};
-template <class E>
-concept InertiaEffect = requires(const E& e) {
-  { e.added_inertia() } -> std::same_as<double>;
-};
-
-/// Input effects: a late input, a static map, a play, a first-order lag.
-template <class E>
-concept DelayEffect = requires(const E& e) {
-  { e.delay_time() } -> std::same_as<double>;
-};
-template <class E>
-concept MapEffect = requires(const E& e, double u) {
-  { e.transform(u) } -> std::same_as<double>;
-};
-template <class E>
-concept PlayEffect = requires(const E& e, double u) {
-  { e.follow(u, u) } -> std::same_as<double>;
-};
-template <class E>
-concept LagEffect = requires(const E& e) {
-  { e.lag() } -> std::same_as<double>;
-};
-
-/// A map of the input that multiplies it.
-template <class E>
-concept GainEffect = MapEffect<E> && requires(const E& e) {
-  { e.slope() } -> std::same_as<double>;
-};
-
-/// What the sensor shows instead of the position.
-template <class E>
-concept SensorEffect = requires(const E& e, double q) {
-  { e.measured(q) } -> std::same_as<double>;
-};
-
-/// How an effect acts: each is of one kind at least.
-template <class E>
-inline constexpr int kRoles =
-    TorqueEffect<E> + DryFriction<E> + HiddenStateEffect<E> + InertiaEffect<E> + TiltEffect<E> + DelayEffect<E> +
-    MapEffect<E> + PlayEffect<E> + LagEffect<E> + SensorEffect<E>;
-template <class... E>
-constexpr bool have_roles(const std::variant<E...>*) {
-  return ((kRoles<E> > 0) && ...);
-}
-static_assert(have_roles(static_cast<const EffectForm*>(nullptr)), "an effect that nothing would ever ask for");
-
-/// The side of the machine on which an effect acts.
-template <class E>
-constexpr std::string_view channel_of() {
-  if (SensorEffect<E>) return "sensor";
-  return DelayEffect<E> || MapEffect<E> || PlayEffect<E> || LagEffect<E> ? "input" : "drift";
-}
-
-/// Hidden state after h seconds in which the joint's state is constant.
-template <HiddenStateEffect E>
-typename E::State settled(const E& effect, const typename E::State& z, const JointState& joint, double h) {
-  if constexpr (SolvedStateEffect<E>) {
-    return effect.settled(z, joint, h);
-  } else {
-    constexpr double kPart = 0.5, kMost = 1000.0;  // of the time in which it settles; steps
-    const int steps = static_cast<int>(std::clamp(std::ceil(h * effect.settling_rate(joint) / kPart), 1.0, kMost));
-    const double by = h / steps;
-    typename E::State now = z;
-    for (int i = 0; i < steps; ++i) {
-      const typename E::State k1 = effect.rate(now, joint), k2 = effect.rate(moved(now, k1, 0.5 * by), joint);
-      const typename E::State k3 = effect.rate(moved(now, k2, 0.5 * by), joint);
-      now = moved(now, mean_rate(k1, k2, k3, effect.rate(moved(now, k3, by), joint)), by);
-    }
-    return now;
-  }
-}
-
-/// The effect of one type drawn for a machine. `uniform(low, high)` draws a number; all that an effect needs are drawn
-/// in the order of its declaration, the recording of a timed one (of the first three) last.
-template <class E>
-std::pair<E, int> drawn_with_recording(auto&& uniform, const DrawScales& scales) {
-  const E form = E::drawn(uniform, scales);
-  if constexpr (TimedEffect<E>) return {form, static_cast<int>(uniform(0.0, 2.999))};
-  return {form, -1};
-}
+/// The effect of the catalogue that has this place, as it is declared.
+inline EffectForm declared_effect(std::size_t index) { return catalogue().at(index)->declared(); }
 
 /// The same law in the same place, whatever its parameters.
 bool same_kind(const Effect& a, const Effect& b);
@@ -205,11 +252,7 @@ bool redundant(const std::vector<Effect>& effects);
 /// The effect that shows the same on one plant or another. A fit brings it into its range.
 std::optional<EffectForm> equivalent(const EffectForm& form);
 
-/// Joints that a machine must have for an effect to act in it.
-int least_joints(const EffectForm& form);
-
 /// Numbers of the hidden states of effects: those of each follow on those of the one before.
-int hidden_count(const EffectForm& form);
 int hidden_count(const std::vector<Effect>& effects);
 
 /// The side of the machine on which an effect acts: "drift", "input" or "sensor".

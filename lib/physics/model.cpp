@@ -11,13 +11,7 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   const JointVector none = JointVector::Zero(n);
   const JointMatrix mobility = motion(model.plant, q, v, none, 0.0).mobility;
   JointVector torque = none, tilt = none, inertia = none;
-  for (const Effect& effect : model.effects) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (TiltEffect<E>) tilt[effect.joint] += form.tilt();
-        },
-        effect.form);
-  }
+  for (const Effect& effect : model.effects) tilt[effect.joint] += effect.form.tilt();
   const JointVector gravity = external_torque(model.plant, q + tilt);
   if (tilt.any()) torque += gravity - external_torque(model.plant, q);
   JointVector external = gravity;
@@ -26,21 +20,11 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
     const Eigen::Index j = effect.joint;
     const JointState state{q[j], v[j],        0.0,
                            0.0,  external[j], q[neighbour_of(static_cast<int>(j), static_cast<int>(q.size()))]};
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (TimeEffect<E>) {
-            return;
-          } else if constexpr (TorqueEffect<E>) {
-            torque[j] += form.torque_at(state);
-          } else if constexpr (DryFriction<E>) {
-            torque[j] -= form.sliding(state) * (v[j] > 0.0 ? 1.0 : v[j] < 0.0 ? -1.0 : 0.0);
-          } else if constexpr (InertiaEffect<E>) {
-            inertia[j] += form.added_inertia();
-          } else if constexpr (GainEffect<E>) {
-            result.gain.col(j) *= form.slope();
-          }
-        },
-        effect.form);
+    const EffectForm& form = effect.form;
+    if (form.roles().of_time) continue;
+    torque[j] += form.torque_at(state) - form.sliding(state) * (v[j] > 0.0 ? 1.0 : v[j] < 0.0 ? -1.0 : 0.0);
+    inertia[j] += form.added_inertia();
+    result.gain.col(j) *= form.slope();
   }
   if (!model.remainder.empty()) {
     torque += model.remainder.torque(model.remainder.begin(q, v), q, v, none, 0.0);

@@ -1,5 +1,6 @@
 #include "physics/parameters.hpp"
 
+#include <optional>
 #include <stdexcept>
 
 namespace bayesctrl {
@@ -7,29 +8,36 @@ namespace bayesctrl {
 namespace {
 
 /// Calls f(name, value, info) for each parameter.
-void for_each_parameter(auto& form_or_plant, auto&& f) {
+void for_each_parameter(auto& plant, auto&& f) {
   std::visit(
       [&]<class T>(T& held) {
-        if constexpr (HasFields<std::remove_const_t<T>>) {
-          T::fields(held, [&](std::string_view name, auto& value, const Info& info) { f(name, value, info); });
-        }
+        if constexpr (HasFields<std::remove_const_t<T>>) T::fields(held, f);
       },
-      form_or_plant);
+      plant);
 }
+void for_each_parameter(EffectForm& form, auto&& f) { EffectForm::fields(form, f); }
+void for_each_parameter(const EffectForm& form, auto&& f) { EffectForm::fields(form, f); }
 
 [[noreturn]] double missing(std::string_view name) {
   throw std::invalid_argument("there is no parameter '" + std::string(name) + "'");
 }
 
 /// The number of that name in a plant or an effect.
-auto& number_of(auto& form_or_plant, std::string_view name) {
-  std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(form_or_plant)>>, const double, double>* found =
-      nullptr;
-  for_each_parameter(form_or_plant, [&](std::string_view key, auto& value, const Info&) {
-    if (key == name) found = &value;
+double number_of(const auto& form_or_plant, std::string_view name) {
+  std::optional<double> found;
+  for_each_parameter(form_or_plant, [&](std::string_view key, double value, const Info&) {
+    if (key == name) found = value;
   });
-  if (found == nullptr) missing(name);
-  return *found;
+  return found ? *found : missing(name);
+}
+void set_number(auto& form_or_plant, std::string_view name, double to) {
+  bool found = false;
+  for_each_parameter(form_or_plant, [&](std::string_view key, double& value, const Info&) {
+    if (key != name) return;
+    value = to;
+    found = true;
+  });
+  if (!found) missing(name);
 }
 
 }  // namespace
@@ -52,7 +60,7 @@ double parameter(const Plant& plant, std::string_view name) {
 
 void set_parameter(Plant& plant, std::string_view name, double value) {
   if (Custom* custom = std::get_if<Custom>(&plant)) return custom->set_parameter(name, value);
-  number_of(plant, name) = value;
+  set_number(plant, name, value);
 }
 
 Info parameter_info(const Plant& plant, std::string_view name) {
@@ -65,7 +73,7 @@ Info parameter_info(const Plant& plant, std::string_view name) {
 
 double parameter(const EffectForm& form, std::string_view name) { return number_of(form, name); }
 
-void set_parameter(EffectForm& form, std::string_view name, double value) { number_of(form, name) = value; }
+void set_parameter(EffectForm& form, std::string_view name, double value) { set_number(form, name, value); }
 
 std::vector<Declared> parameters(const EffectForm& form) {
   std::vector<Declared> list;

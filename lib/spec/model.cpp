@@ -45,18 +45,13 @@ Custom read_custom(const Node& model, const Node& parameters) {
 /// {type, joint, parameters..., sd: {...}}: the deviations are for people.
 Effect read_effect(const Node& node, int joint_count) {
   detail::require_map(node, "effects");
-  const std::size_t chosen = detail::to_alternative(node, "effects", names_of(static_cast<const EffectForm*>(nullptr)));
-  Effect effect;
-  std::size_t index = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E form) {
-    if (index++ != chosen) return;
-    detail::read_fields(node, E::kName, form, {"type", "joint", "sd"});
-    effect.form = form;
-  });
+  const std::size_t chosen = detail::to_alternative(node, "effects", effect_names());
+  Effect effect{declared_effect(chosen)};
+  detail::read_fields(node, effect.form.name(), effect.form, {"type", "joint", "sd"});
   if (const Node::Entry* joint = node.find("joint")) {
     effect.joint = detail::to_int(joint->value, "joint", {between(1, joint_count)}) - 1;
   }
-  if (joint_count < least_joints(effect.form)) {
+  if (joint_count < effect.form.law().least_joints) {
     throw SpecError(node.where, std::string(name_of(effect.form)) + " needs a plant of several joints");
   }
   return effect;
@@ -64,9 +59,9 @@ Effect read_effect(const Node& node, int joint_count) {
 
 nlohmann::ordered_json effect_schema(detail::Definitions& definitions) {
   std::vector<nlohmann::ordered_json> effects;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr),
-                       [&]<class E>(const E&) { effects.push_back(detail::object_schema<E>(definitions, E::kName)); });
-  for (nlohmann::ordered_json& effect : effects) {
+  for (const EffectLaw* law : catalogue()) {
+    nlohmann::ordered_json& effect =
+        effects.emplace_back(detail::object_schema(law->declared(), definitions, law->name, law->text));
     effect["properties"]["joint"] = detail::number_schema(between(1, kMaxJoints), true);
     effect["properties"]["sd"] = {{"type", "object"}, {"description", "standard deviations, for people"}};
   }
@@ -157,7 +152,7 @@ nlohmann::ordered_json json_value(const Model& model) {
     object["effects"] = nlohmann::ordered_json::array();
     for (const Effect& effect : model.effects) {
       nlohmann::ordered_json entry{{"type", name_of(effect.form)}, {"joint", effect.joint + 1}};
-      std::visit([&](const auto& form) { detail::fields_to_json(form, entry); }, effect.form);
+      detail::fields_to_json(effect.form, entry);
       object["effects"].push_back(std::move(entry));
     }
   }

@@ -23,11 +23,6 @@ constexpr double kOutside = 3.0;  // least distance, in noise, of an invention f
                                   // the held-out recording from the nominal: where an invention does not act, no
                                   // model of it can be seen to be better
 
-const std::vector<std::string_view>& effect_names() {
-  static const std::vector<std::string_view> list = names_of(static_cast<const EffectForm*>(nullptr));
-  return list;
-}
-
 double log_uniform(RandomStream& random, double low, double high) {
   return std::exp(draw_uniform(random, std::log(low), std::log(high)));
 }
@@ -71,26 +66,11 @@ double friction_of(const Plant& plant, int joint) {
   return 0.0;
 }
 
-/// Drag that an effect wants the plant to have itself.
-double least_drag(const EffectForm& form) {
-  return std::visit(
-      []<class E>(const E& held) {
-        if constexpr (requires { held.least_drag(); }) return held.least_drag();
-        return 0.0;
-      },
-      form);
-}
-
 /// Whether the recordings of such a machine can show such an effect at all.
 bool applies(std::size_t kind, const Plant& plant) {
-  bool can = true;
-  std::size_t index = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
-    if (index++ != kind) return;
-    can = joints(plant) >= least_joints(form) && (least_drag(form) <= 0.0 || friction_of(plant, 0) > 0.0);
-    if constexpr (requires { E::kNeedsTurning; }) can = can && !std::holds_alternative<Mass>(plant);
-  });
-  return can;
+  const EffectLaw& law = *catalogue()[kind];
+  return joints(plant) >= law.least_joints && (law.least_drag(law.declared()) <= 0.0 || friction_of(plant, 0) > 0.0) &&
+         !(law.roles.needs_turning && std::holds_alternative<Mass>(plant));
 }
 
 /// Of a linear machine nobody can tell an effect from its equivalent.
@@ -101,7 +81,7 @@ bool can_be_told_apart(const std::vector<Effect>& effects, const Plant& plant) {
   const auto has_equivalent = [&](const Effect& effect) {
     const std::optional<EffectForm> other = equivalent(effect.form);
     return other && std::any_of(effects.begin(), effects.end(),
-                                [&](const Effect& one) { return one.form.index() == other->index(); });
+                                [&](const Effect& one) { return &one.form.law() == &other->law(); });
   };
   return !linear || std::none_of(effects.begin(), effects.end(), has_equivalent);
 }
@@ -256,7 +236,9 @@ Case make_case(const TrialSpec& spec, const Order& order) {
       });
       if (strength == 0.0) return false;
       const Effect effect = make(strength);
-      if (const double drag = least_drag(effect.form); drag > 0.0 && drag > friction_of(nominal, joint)) return false;
+      if (const double drag = effect.form.law().least_drag(effect.form);
+          drag > 0.0 && drag > friction_of(nominal, joint))
+        return false;
       machine.effects.push_back(effect);
       truth["effects"].push_back(effect_truth(effect, target));
       return true;

@@ -205,14 +205,11 @@ double size_of(const Plant& nominal, const Recorded& recorded, double noise) {
 }
 
 Effect draw_effect(std::size_t kind, int joint, const std::vector<double>& shape, const DrawScales& scales) {
-  std::size_t used = 0, index = 0;
+  std::size_t used = 0;
   const auto uniform = [&](double low, double high) { return low + (high - low) * shape[used++ % shape.size()]; };
   Effect effect;
   effect.joint = joint;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
-    if (index++ != kind) return;
-    std::tie(effect.form, effect.recording) = drawn_with_recording<E>(uniform, scales);
-  });
+  std::tie(effect.form, effect.recording) = catalogue()[kind]->drawn(uniform, scales);
   return effect;
 }
 

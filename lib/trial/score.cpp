@@ -156,11 +156,8 @@ void judge_cause(Scored& s, const ordered_json& outside, const Mismatch& mismatc
 
 /// An effect of the catalogue by its name, as declared.
 EffectForm effect_named(std::string_view name) {
-  EffectForm found;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
-    if (E::kName == name) found = form;
-  });
-  return found;
+  const std::vector<std::string_view> names = effect_names();
+  return declared_effect(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
 }
 
 /// Counts the parameters of an effect that was found, and the intervals that hold the truth.
@@ -198,7 +195,7 @@ void judge_place(Scored& s, const ordered_json& effects, const Diagnosis& d) {
     for (const ExplainedEffect& found : d.explanation.effects) {
       if (effect["name"] == found.name && joint == found.joint) judge_parameters(s, effect, found);
     }
-    if (effect["name"] == TorqueStep::kName) s.step_error = step_error(effect, mismatch.time);
+    if (effect_named(effect["name"].get<std::string>()).roles().timed) s.step_error = step_error(effect, mismatch.time);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/catalogue.hpp"
 #include "physics/machine/machine.hpp"
 #include "trial/case_files.hpp"
 

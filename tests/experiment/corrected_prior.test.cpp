@@ -6,6 +6,7 @@
 
 #include "diagnose/search/explain.hpp"
 #include "experiment/run.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 #include "support/studies.hpp"
 
@@ -41,7 +42,7 @@ TEST_CASE(
     "[experiment][diagnose][slow]") {
   const Plant nominal = Pendulum{.length = 1.0, .friction = 0.3, .mass = 0.5};
   const Model truth{nominal, {{CoulombFriction{0.35}, 0, -1}}};
-  std::vector<std::size_t> all(std::variant_size_v<EffectForm>);
+  std::vector<std::size_t> all(catalogue().size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   const Explanation explanation = explain(nominal, recordings_of(truth), ExplainOptions{all, {}});
   const Fit& found = explanation.best().fit;

@@ -7,6 +7,7 @@
 
 #include "io/emit.hpp"
 #include "io/examples.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/machine/free_run.hpp"
 #include "physics/machine/machine.hpp"
 #include "spec/model.hpp"

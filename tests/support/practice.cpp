@@ -8,6 +8,7 @@
 #include "io/files.hpp"
 #include "io/node.hpp"
 #include "io/table.hpp"
+#include "physics/catalogue.hpp"
 
 namespace bayesctrl::testing {
 
@@ -41,7 +42,7 @@ Plant to_plant(const Node& model) {
 Effect to_effect(const std::string& key, const nlohmann::json& parameters) {
   const std::size_t mark = key.find('@');
   std::optional<Effect> effect;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E form) {
+  for_each_effect([&]<class E>(E form) {
     if (E::kName != key.substr(0, mark)) return;
     E::fields(form,
               [&](std::string_view name, double& value, const Info&) { value = parameters.at(std::string(name)); });

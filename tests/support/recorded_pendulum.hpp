@@ -44,7 +44,7 @@ inline Measured record(const Machine& machine, double gap, std::uint64_t seed, d
 
 inline std::vector<std::size_t> whole_catalogue() {
   std::vector<std::size_t> all;
-  for (std::size_t i = 0; i < std::variant_size_v<EffectForm>; ++i) all.push_back(i);
+  for (std::size_t i = 0; i < catalogue().size(); ++i) all.push_back(i);
   return all;
 }
 

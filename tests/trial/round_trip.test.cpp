@@ -2,14 +2,14 @@
 
 #include <catch2/catch.hpp>
 
-#include "physics/effect.hpp"
+#include "physics/catalogue.hpp"
 #include "trial/diagnosed.hpp"
 #include "trial/score.hpp"
 
 using namespace bayesctrl;
 
 TEMPLATE_LIST_TEST_CASE("A machine simulated with an effect and diagnosed without it: the effect is named",
-                        "[trial][round-trip][slow]", EffectForm) {
+                        "[trial][round-trip][slow]", Catalogue) {
   const TrialSpec spec{.seed = 4, .lowest_noise = 3e-4, .highest_noise = 3e-3};
   const std::string name = "single_" + std::string(TestType::kName);
   const trial::Case hidden = trial::make_case(spec, {name, "single", {EffectForm(TestType{}).index()}, 0});

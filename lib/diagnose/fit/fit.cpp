@@ -155,13 +155,7 @@ void assign(Fit& fit, const Eigen::VectorXd& values) {
     unknown.value = values[static_cast<Eigen::Index>(i)];
     put(fit, unknown);
   }
-  for (Effect& effect : fit.effects) {
-    std::visit(
-        [](auto& form) {
-          if constexpr (requires { form.admit(); }) form.admit();
-        },
-        effect.form);
-  }
+  for (Effect& effect : fit.effects) effect.form.admit();
   for (Unknown& unknown : fit.unknowns) {
     if (unknown.effect >= 0) {
       unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);

@@ -76,43 +76,41 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
   const int j = effect.joint;
   const std::size_t steps = m.samples() - 1;
 
-  std::visit(
-      [&]<class E>(const E& form) {
-        const auto add = [&](auto&& torque_at) {  // torque in this joint alone
-          for (std::size_t i = 0; i < points.size(); ++i) {
-            result.row(static_cast<Eigen::Index>(i / parts_)) +=
-                (torque_at(points[i]) / static_cast<double>(parts_)) * points[i].mobility.col(j).transpose();
-          }
-        };
-        const auto seen = [&](const Point& p) {
-          const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
-          return JointState{p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
-        };
-        if constexpr (TorqueEffect<E>) {
-          add([&](const Point& p) { return form.torque_at(seen(p)); });
-        } else if constexpr (DryFriction<E>) {
-          add([&](const Point& p) { return -form.sliding(seen(p)) * soft_sign(p.v[j], p.sd_v[j]); });
-        } else if constexpr (InertiaEffect<E>) {
-          add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
-        } else if constexpr (HiddenStateEffect<E>) {
-          const double h =
-              std::min(kSettings.motion.hidden_state_step, (m.time.back() - m.time.front()) / double(steps * parts_));
-          const std::function<double(const JointState&)> torque = hidden_torque(form, h);
-          add([&](const Point& p) { return torque(seen(p)); });
-        } else if constexpr (TiltEffect<E>) {
-          JointVector tilt = JointVector::Zero(joints_);
-          tilt[j] = form.tilt();
-          for (std::size_t i = 0; i < points.size(); ++i) {
-            const Point& p = points[i];
-            const JointVector torque = external_torque(plant_, p.q + tilt) - p.external;
-            result.row(static_cast<Eigen::Index>(i / parts_)) +=
-                (p.mobility * torque).transpose() / static_cast<double>(parts_);
-          }
-        } else if constexpr (!SensorEffect<E>) {
-          result = driven({effect}, j, recording);
-        }
-      },
-      effect.form);
+  const EffectForm& form = effect.form;
+  const EffectRoles& roles = form.roles();
+  const auto add = [&](auto&& torque_at) {  // torque in this joint alone
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      result.row(static_cast<Eigen::Index>(i / parts_)) +=
+          (torque_at(points[i]) / static_cast<double>(parts_)) * points[i].mobility.col(j).transpose();
+    }
+  };
+  const auto seen = [&](const Point& p) {
+    const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
+    return JointState{p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
+  };
+  if (roles.torque) {
+    add([&](const Point& p) { return form.torque_at(seen(p)); });
+  } else if (roles.dry_friction) {
+    add([&](const Point& p) { return -form.sliding(seen(p)) * soft_sign(p.v[j], p.sd_v[j]); });
+  } else if (roles.inertia) {
+    add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
+  } else if (roles.hidden_state) {
+    const double h =
+        std::min(kSettings.motion.hidden_state_step, (m.time.back() - m.time.front()) / double(steps * parts_));
+    const std::function<double(const JointState&)> torque = hidden_torque(form, h);
+    add([&](const Point& p) { return torque(seen(p)); });
+  } else if (roles.tilt) {
+    JointVector tilt = JointVector::Zero(joints_);
+    tilt[j] = form.tilt();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point& p = points[i];
+      const JointVector torque = external_torque(plant_, p.q + tilt) - p.external;
+      result.row(static_cast<Eigen::Index>(i / parts_)) +=
+          (p.mobility * torque).transpose() / static_cast<double>(parts_);
+    }
+  } else if (roles.on_input()) {
+    result = driven({effect}, j, recording);
+  }
   return result;
 }
 
@@ -165,16 +163,10 @@ Eigen::MatrixXd Forcing::acceleration(const std::vector<Effect>& effects, std::s
 Eigen::MatrixXd Forcing::measured(const Effect& effect, std::size_t recording) const {
   const Trajectory& path = paths_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(path.position.rows(), path.position.cols());
-  std::visit(
-      [&]<class E>(const E& form) {
-        if constexpr (SensorEffect<E>) {
-          for (Eigen::Index k = 0; k < result.rows(); ++k) {
-            const double q = path.position(k, effect.joint);
-            result(k, effect.joint) = form.measured(q) - q;
-          }
-        }
-      },
-      effect.form);
+  for (Eigen::Index k = 0; k < result.rows(); ++k) {
+    const double q = path.position(k, effect.joint);
+    result(k, effect.joint) = effect.form.measured(q) - q;
+  }
   return result;
 }
 

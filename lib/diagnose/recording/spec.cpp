@@ -23,11 +23,6 @@ struct SampleRate {
   }
 };
 
-const std::vector<std::string_view>& effect_names() {
-  static const std::vector<std::string_view> names = names_of(static_cast<const EffectForm*>(nullptr));
-  return names;
-}
-
 void resolve(std::vector<RecordingFile>& files, const fs::path& folder) {
   for (RecordingFile& file : files) {
     file.file = folder / file.name;

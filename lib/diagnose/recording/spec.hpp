@@ -83,7 +83,7 @@ struct RecordingFile {
   std::string problem() const { return from && to && *from >= *to ? "from must be before to" : ""; }
 };
 
-/// Effects of the catalogue by their index in EffectForm; in specs a list of names.
+/// Effects of the catalogue by their place in it; in specs a list of names.
 struct EffectNames : std::vector<std::size_t> {
   using std::vector<std::size_t>::vector;
   static EffectNames all();

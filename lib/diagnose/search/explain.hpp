@@ -54,7 +54,7 @@ struct Explanation {
 double cost(double error, const Fit& fit);
 
 struct ExplainOptions {
-  std::vector<std::size_t> allowed;                     // indices of EffectForm
+  std::vector<std::size_t> allowed;                     // places in the catalogue
   std::vector<std::string> free;                        // nominal parameters
   double window = kSettings.motion.segment;             // s
   double fastest_mode = kSettings.motion.fastest_mode;  // Hz, of what mechanics does

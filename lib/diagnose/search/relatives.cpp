@@ -9,43 +9,15 @@ namespace bayesctrl {
 
 namespace {
 
-/// Laws of one kind that reduce to a simpler one, from that one on.
-std::vector<EffectForm> extensions(const EffectForm& wanted, const EffectForm& simpler) {
-  std::vector<EffectForm> list;
-  std::visit(
-      [&]<class E>(const E&) {
-        if constexpr (requires(const E& e) { e.simpler(); }) {
-          for (const E& form : E::extending(std::get<decltype(E{}.simpler())>(simpler))) list.emplace_back(form);
-        }
-      },
-      wanted);
-  return list;
-}
-
 /// A law of dry friction and the laws that reduce to it, of each the middle one of its starts; with none, nothing.
 std::vector<EffectForm> dry_laws(const EffectForm& simplest) {
   std::vector<EffectForm> laws{simplest};
-  std::visit(
-      [&]<class Simple>(const Simple& law) {
-        for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
-          if constexpr (DryFriction<Simple> && requires { E::extending(law); }) {
-            const std::vector<E> starts = E::extending(law);
-            laws.emplace_back(starts[starts.size() / 2]);
-          }
-        });
-      },
-      simplest);
+  for (const EffectLaw* law : catalogue()) {
+    if (!simplest.roles().dry_friction || law->simpler_law() != &simplest.law()) continue;
+    const std::vector<EffectForm> starts = law->extending(simplest);
+    laws.push_back(starts[starts.size() / 2]);
+  }
   return laws.size() > 1 ? laws : std::vector<EffectForm>{};
-}
-
-/// A law whose torque is a part of that of another.
-EffectForm part_of(const EffectForm& form, double part) {
-  return std::visit(
-      [&]<class E>(const E& law) -> EffectForm {
-        if constexpr (requires { law.scaled(part); }) return law.scaled(part);
-        return law;
-      },
-      form);
 }
 
 }  // namespace
@@ -72,12 +44,7 @@ std::vector<Effect> without(std::vector<Effect> set, std::size_t effect) {
 }
 
 bool simplify(EffectForm& form) {
-  std::optional<EffectForm> simpler;
-  std::visit(
-      [&](const auto& held) {
-        if constexpr (requires { held.simpler(); }) simpler = held.simpler();
-      },
-      form);
+  const std::optional<EffectForm> simpler = form.law().simpler(form);
   if (simpler) form = *simpler;
   return simpler.has_value();
 }
@@ -100,12 +67,12 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
     for (const EffectForm& form : dry_laws(plain[e].form)) {
       std::vector<Effect> swapped = set;
       swapped[e].form = form;
-      if (form.index() != set[e].form.index()) list.push_back(std::move(swapped));
+      if (&form.law() != &set[e].form.law()) list.push_back(std::move(swapped));
     }
-    for (const EffectForm& form : dry_laws(part_of(plain[e].form, kSettings.search.second_law))) {
+    for (const EffectForm& form : dry_laws(plain[e].form.law().scaled(plain[e].form, kSettings.search.second_law))) {
       std::vector<Effect> larger = set;
       larger.push_back({form, set[e].joint, -1});
-      if (form.index() != set[e].form.index() && larger.size() <= 3) list.push_back(std::move(larger));
+      if (&form.law() != &set[e].form.law() && larger.size() <= 3) list.push_back(std::move(larger));
     }
   }
   return list;
@@ -139,7 +106,7 @@ std::vector<std::vector<Effect>> starts_from(const std::vector<Effect>& wanted, 
     if (!simplify(simpler[e].form) || key(simpler) != key(other)) continue;
     const auto law =
         std::find_if(other.begin(), other.end(), [&](const Effect& o) { return same_kind(o, simpler[e]); });
-    for (const EffectForm& form : extensions(wanted[e].form, law->form)) {
+    for (const EffectForm& form : wanted[e].form.law().extending(law->form)) {
       std::vector<Effect> start = other;
       start[static_cast<std::size_t>(law - other.begin())].form = form;
       starts.push_back(std::move(start));

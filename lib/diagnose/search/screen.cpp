@@ -169,27 +169,25 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
   std::vector<Effect> members;
   for (int joint = 0; joint < n; ++joint) {
     const OperatingRange region = operating_range(data, forcing.paths(), joint);
-    std::size_t kind = 0;
-    for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(E) {
-      const std::size_t index = kind++;
-      if (std::find(allowed.begin(), allowed.end(), index) == allowed.end()) return;
-      Suspect suspect{index, joint, {}};
-      for (const Shape<E>& shape : E::shapes(region)) {
+    for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
+      if (std::find(allowed.begin(), allowed.end(), kind) == allowed.end()) continue;
+      Suspect suspect{kind, joint, {}};
+      for (const EffectShape& shape : catalogue()[kind]->shapes(region)) {
         Atom atom;
         atom.sign = shape.sign;
         atom.low = shape.low;
         atom.high = shape.high;
-        for (const E& member : shape.members) {
+        for (const EffectForm& member : shape.members) {
           atom.columns.push_back(static_cast<int>(members.size()));
           members.push_back({member, joint, shape.recording});
         }
-        atom.effect = [shape, joint](std::span<const double> c) {
-          return Effect{E::combined(shape, c), joint, shape.recording};
+        atom.effect = [combined = shape.combined, recording = shape.recording, joint](std::span<const double> c) {
+          return Effect{combined(c), joint, recording};
         };
         suspect.atoms.push_back(std::move(atom));
       }
       if (!suspect.atoms.empty()) dictionary.suspects.push_back(std::move(suspect));
-    });
+    }
   }
 
   const auto count = static_cast<Eigen::Index>(members.size());

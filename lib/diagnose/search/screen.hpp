@@ -19,7 +19,7 @@ struct Atom {
 
 /// One effect of the catalogue in one joint, and the shapes that it may have.
 struct Suspect {
-  std::size_t kind = 0;  // index in EffectForm
+  std::size_t kind = 0;  // place in the catalogue
   int joint = 0;
   std::vector<Atom> atoms;
 };
@@ -32,7 +32,7 @@ struct Dictionary {
   Eigen::VectorXd scale;    // prior standard deviation of each coefficient
 };
 
-/// `allowed`: indices of EffectForm.
+/// `allowed`: places in the catalogue.
 Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
                            const std::vector<std::size_t>& allowed);
 

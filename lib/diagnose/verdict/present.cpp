@@ -15,9 +15,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-std::string sentence(const Effect& effect) {
-  return std::visit([](const auto& form) { return std::string(form.kText); }, effect.form);
-}
+std::string sentence(const Effect& effect) { return std::string(effect.form.law().text); }
 
 /// One joint's column of every recording, one after another.
 std::vector<double> joined(const std::vector<Eigen::MatrixXd>& parts, Eigen::Index joint) {
@@ -75,7 +73,7 @@ ResidualFigures shown(const ResidualTests& tests, const std::vector<Measured>& d
 }
 
 std::string equation(const Effect& effect, int joints) {
-  std::string text = std::visit([](const auto& form) { return std::string(form.kEquation); }, effect.form);
+  std::string text = std::string(effect.form.law().equation);
   for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{')) {
     const std::size_t close = text.find('}', open);
     const double value = parameter(effect.form, text.substr(open + 1, close - open - 1));

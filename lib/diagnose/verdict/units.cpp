@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
@@ -96,7 +97,7 @@ std::string torque_unit(const std::optional<Plant>& plant, const std::string& po
 
 /// Numbers that are no position, though they are in rad or in rad/s.
 bool is_phase(const EffectForm& form, std::string_view parameter) {
-  return parameter == "phase" || parameter == "frequency" || std::holds_alternative<GravityTilt>(form);
+  return parameter == "phase" || parameter == "frequency" || form.holds<GravityTilt>();
 }
 
 std::string inertia_unit(const JointUnits& units) {
@@ -129,8 +130,7 @@ std::string unit_of(const EffectForm& form, std::string_view parameter, const Jo
   }
   if (declared == "unit of u") return units.input;
   if (is_phase(form, parameter) || (units.torque == kTorque && units.position == kRadian)) return declared;
-  if (std::holds_alternative<CoggingTorque>(form) && parameter == "order")
-    return product(kRadian, "1/" + units.position);
+  if (form.holds<CoggingTorque>() && parameter == "order") return product(kRadian, "1/" + units.position);
   if (declared == "kg m^2") return inertia_unit(units);
   if (!declared.starts_with(kTorque)) return with_position(declared, units.position);
   if (units.torque.empty()) return "";

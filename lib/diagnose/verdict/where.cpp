@@ -44,16 +44,13 @@ std::vector<Interval> significant_times(const Explanation& explanation, const st
   std::vector<Interval> list;
   const Fit& best = explanation.best().fit;
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (TimedEffect<E>) {
-            const auto r = static_cast<std::size_t>(std::max(0, best.effects[e].recording));
-            const double deviation = best.deviation(static_cast<int>(e), E::kJump);
-            const double size = std::abs(parameter(best.effects[e].form, E::kJump)) / std::max(deviation, 1e-300);
-            list.push_back({r, form.switch_time(), data[r].time.back(), size});
-          }
-        },
-        best.effects[e].form);
+    const EffectForm& form = best.effects[e].form;
+    if (!form.roles().timed) continue;
+    const auto r = static_cast<std::size_t>(std::max(0, best.effects[e].recording));
+    const std::string_view jump = form.law().jump;
+    const double deviation = best.deviation(static_cast<int>(e), jump);
+    const double size = std::abs(parameter(form, jump)) / std::max(deviation, 1e-300);
+    list.push_back({r, form.switch_time(), data[r].time.back(), size});
   }
   if (!list.empty() && best.effects.size() == 1) return list;
   for (std::size_t r = 0; r < data.size(); ++r) {

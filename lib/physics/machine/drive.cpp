@@ -18,16 +18,13 @@ Line decaying(double value, double tau, double h) {
 }
 
 Drive::Drive(const std::vector<Effect>& effects, int joint) {
-  for (std::size_t kind = 0; kind < std::variant_size_v<EffectForm>; ++kind) {
+  for (const EffectLaw* law : catalogue()) {
+    if (!law->roles.on_input()) continue;
     for (const Effect& effect : effects) {
-      if (effect.joint != joint || effect.form.index() != kind) continue;
-      std::visit(
-          [&]<class E>(const E& form) {
-            if constexpr (DelayEffect<E>) delay_ += form.delay_time();
-            if constexpr (LagEffect<E>) lag_ = form.lag();
-            if constexpr (MapEffect<E> || PlayEffect<E>) effects_.emplace_back(form);
-          },
-          effect.form);
+      if (effect.joint != joint || &effect.form.law() != law) continue;
+      delay_ += effect.form.delay_time();
+      if (law->roles.lag) lag_ = effect.form.lag();
+      if (law->roles.map || law->roles.play) effects_.push_back(effect.form);
     }
   }
   play_.resize(effects_.size(), 0.0);
@@ -42,12 +39,8 @@ Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, 
 void Drive::append(double time, double input) {
   const auto add = [&](double t, double u) {
     for (std::size_t i = 0; i < effects_.size(); ++i) {
-      std::visit(
-          [&]<class E>(const E& form) {
-            if constexpr (MapEffect<E>) u = form.transform(u);
-            if constexpr (PlayEffect<E>) u = play_[i] = form.follow(u, play_[i]);
-          },
-          effects_[i]);
+      u = effects_[i].transform(u);
+      if (effects_[i].roles().play) u = play_[i] = effects_[i].follow(u, play_[i]);
     }
     if (lag_ > 0.0) lagged_.push_back(time_.empty() ? u : at(time_.size() - 1, t));
     time_.push_back(t);

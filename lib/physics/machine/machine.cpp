@@ -16,21 +16,18 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
       tilt_(JointSlots::Zero()),
       lag_(JointSlots::Zero()) {
   for (const Effect& effect : effects_) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (DryFriction<E>) dry_[static_cast<std::size_t>(effect.joint)] = true;
-          if constexpr (InertiaEffect<E>) added_inertia_[effect.joint] += form.added_inertia();
-          if constexpr (TiltEffect<E>) tilt_[effect.joint] += form.tilt();
-          if constexpr (LagEffect<E>) lag_[effect.joint] = form.lag();
-          if constexpr (TimedEffect<E>) switch_times_.push_back(form.switch_time());
-          if constexpr (LoadedEffect<E>) {
-            bears_load_ = true;
-            if constexpr (HiddenStateEffect<E>) load_drives_hidden_ = true;
-          }
-        },
-        effect.form);
+    const EffectForm& form = effect.form;
+    const EffectRoles& roles = form.roles();
+    if (roles.dry_friction) dry_[static_cast<std::size_t>(effect.joint)] = true;
+    if (roles.lag) lag_[effect.joint] = form.lag();
+    if (roles.timed) switch_times_.push_back(form.switch_time());
+    added_inertia_[effect.joint] += form.added_inertia();
+    tilt_[effect.joint] += form.tilt();
+    bears_load_ |= roles.feels_load;
+    load_drives_hidden_ |= roles.feels_load && roles.hidden_state;
+    hidden_settle_ &= !roles.hidden_state || roles.settles;
     slots_.push_back(hidden_count_);
-    hidden_count_ += bayesctrl::hidden_count(effect.form);
+    hidden_count_ += form.law().hidden_count;
   }
   if (hidden_count_ > kMaxHidden) throw std::invalid_argument("more hidden states than a machine may have");
   has_added_inertia_ = added_inertia_.any();
@@ -49,11 +46,7 @@ std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen:
 JointVector Machine::measured(const JointVector& position) const {
   JointVector shown = position;
   for (const Effect& effect : effects_) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (SensorEffect<E>) shown[effect.joint] = form.measured(shown[effect.joint]);
-        },
-        effect.form);
+    shown[effect.joint] = effect.form.measured(shown[effect.joint]);
   }
   return shown;
 }

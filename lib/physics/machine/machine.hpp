@@ -120,6 +120,7 @@ class Machine {
   bool bears_load_ = false;             // an effect depends on the load of the joints,
   bool load_drives_hidden_ = false;     // one with a hidden state
   int hidden_count_ = 0;                // of all effects
+  bool hidden_settle_ = true;           // each can say how it settles: none needs the rates of all stages
   std::vector<int> slots_;              // of each effect: where its hidden state begins
   bool has_added_inertia_ = false, has_tilt_ = false;
   std::vector<double> switch_times_;  // of timed effects, increasing

@@ -55,14 +55,9 @@ HiddenVector Machine::follow(const HiddenVector& begin, const StateOf<kJoints>& 
   if (hidden_count_ == 0) return next;
   const Load<kJoints> on_bearings = load_on_hidden<kJoints>(at, input, t);
   for (std::size_t e = 0; e < effects_.size(); ++e) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (HiddenStateEffect<E>) {
-            const JointState joint = seen<kJoints>(effects_[e].joint, at, t, on_bearings);
-            follow_one(form, slots_[e], joint, begin, at.z, by, *rates, next);
-          }
-        },
-        effects_[e].form);
+    if (!effects_[e].form.roles().hidden_state) continue;
+    const JointState joint = seen<kJoints>(effects_[e].joint, at, t, on_bearings);
+    follow_one(effects_[e].form, slots_[e], joint, begin, at.z, by, *rates, next);
   }
   return next;
 }
@@ -72,14 +67,9 @@ template <int kJoints>
 void Machine::settle_along(StateOf<kJoints>& state, const Joints<kJoints>& input, double t, double h) const {
   const Load<kJoints> on_bearings = load_on_hidden<kJoints>(state, input, t);
   for (std::size_t e = 0; e < effects_.size(); ++e) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (HiddenStateEffect<E>) {
-            const JointState joint = seen<kJoints>(effects_[e].joint, state, t, on_bearings);
-            put(state.z, slots_[e], settled(form, taken<E>(state.z, slots_[e]), joint, h));
-          }
-        },
-        effects_[e].form);
+    const EffectForm& form = effects_[e].form;
+    if (!form.roles().hidden_state) continue;
+    form.settle(part_of(state.z, form, slots_[e]), seen<kJoints>(effects_[e].joint, state, t, on_bearings), h);
   }
 }
 
@@ -138,17 +128,15 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const int j = effects_[e].joint;
     const JointState here = seen<kJoints>(j, state, t, on_bearings);
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (TimedEffect<E>) {  // steps end at its switch: what holds at their beginning holds throughout
-            torque[j] += form.torque_at({.time = moment.t});
-          } else if constexpr (TorqueEffect<E>) {
-            torque[j] += form.torque_at(here);
-          }
-          if constexpr (DryFriction<E>) friction[j] += form.sliding(here);
-          if constexpr (HiddenStateEffect<E>) torque[j] += form.torque_of(taken<E>(state.z, slots_[e]), here);
-        },
-        effects_[e].form);
+    const EffectForm& form = effects_[e].form;
+    const EffectRoles& roles = form.roles();
+    if (roles.timed) {  // steps end at its switch: what holds at their beginning holds throughout
+      torque[j] += form.torque_at({.time = moment.t});
+    } else if (roles.torque) {
+      torque[j] += form.torque_at(here);
+    }
+    if (roles.dry_friction) friction[j] += form.sliding(here);
+    if (roles.hidden_state) torque[j] += form.torque_of(part_of(state.z, form, slots_[e]), here);
   }
   for (int j = 0; j < kJoints; ++j) torque[j] -= moment.direction[static_cast<std::size_t>(j)] * friction[j];
 
@@ -200,12 +188,7 @@ double Machine::holding(const StateOf<kJoints>& state, const Moment& moment, int
   here.velocity = 0.0;
   double level = 0.0;
   for (const Effect& effect : effects_) {
-    if (effect.joint != joint) continue;
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (DryFriction<E>) level += form.holding(here);
-        },
-        effect.form);
+    if (effect.joint == joint && effect.form.roles().dry_friction) level += effect.form.holding(here);
   }
   return level;
 }

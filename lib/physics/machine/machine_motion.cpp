@@ -17,12 +17,6 @@ constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands
 constexpr double kShortestStep = 3e-4;  // s
 constexpr int kMostStops = 16;          // within one step; beyond that joints that stand rest until its end
 
-/// Whether every hidden state of a catalogue can say how it settles: none then needs the rates of all stages.
-template <class... E>
-constexpr bool all_solved(const std::variant<E...>*) {
-  return ((!HiddenStateEffect<E> || SolvedStateEffect<E>)&&...);
-}
-
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
 }  // namespace
@@ -38,17 +32,11 @@ double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, b
     on_bearings = load_on_hidden<kJoints>(state, input_at<kJoints>(moment, moment.t), moment.t);
   }
   for (std::size_t e = 0; e < effects_.size(); ++e) {
-    std::visit(
-        [&]<class E>(const E& form) {
-          if constexpr (HiddenStateEffect<E>) {
-            const JointState here = seen<kJoints>(effects_[e].joint, state, moment.t, on_bearings);
-            if constexpr (requires { form.is_steady(taken<E>(state.z, 0), here); }) {
-              if (goes_on && form.is_steady(taken<E>(state.z, slots_[e]), here)) return;
-            }
-            limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(here)));
-          }
-        },
-        effects_[e].form);
+    const EffectForm& form = effects_[e].form;
+    if (!form.roles().hidden_state) continue;
+    const JointState here = seen<kJoints>(effects_[e].joint, state, moment.t, on_bearings);
+    if (goes_on && form.is_steady(part_of(state.z, form, slots_[e]), here)) continue;
+    limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(here)));
   }
   return std::max(limit, kShortestStep);
 }
@@ -77,7 +65,7 @@ Machine::StateOf<kJoints> Machine::step(const StateOf<kJoints>& state, const Mom
   const Joints<kJoints> a = (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0;
   StateOf<kJoints> next{state.q + h * v, state.v + h * a, {}};
   if (hidden_count_ > 0) {
-    if constexpr (!all_solved(static_cast<const EffectForm*>(nullptr))) {
+    if (!hidden_settle_) {
       follow<kJoints>(state.z, s4, last, t + h, h, &k4);
       k1 = (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
     }

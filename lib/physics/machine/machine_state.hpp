@@ -12,30 +12,23 @@ struct Machine::StateOf {
 };
 
 /// The hidden state of one effect among those of all.
-template <HiddenStateEffect E>
-typename E::State taken(const HiddenVector& all, int slot) {
-  typename E::State z;
-  for (std::size_t i = 0; i < z.size(); ++i) z[i] = all[slot + static_cast<Eigen::Index>(i)];
-  return z;
+inline std::span<const double> part_of(const HiddenVector& all, const EffectForm& form, int slot) {
+  return {all.data() + slot, static_cast<std::size_t>(form.law().hidden_count)};
 }
-template <std::size_t kCount>
-void put(HiddenVector& all, int slot, const HiddenState<kCount>& z) {
-  for (std::size_t i = 0; i < kCount; ++i) all[slot + static_cast<Eigen::Index>(i)] = z[i];
+inline std::span<double> part_of(HiddenVector& all, const EffectForm& form, int slot) {
+  return {all.data() + slot, static_cast<std::size_t>(form.law().hidden_count)};
 }
 
 /// One stage of a Runge-Kutta step of one hidden state: `next` is `begin` after `by` seconds in which `joint` drives
 /// it. One that can say how it settles does so, any other moves along its rate where it stands `at`, which goes to
 /// `rates`. With nothing in `at` it moves along `rates`, their mean over the step.
-template <HiddenStateEffect E>
-void follow_one(const E& form, int slot, const JointState& joint, const HiddenVector& begin, const HiddenVector& at,
-                double by, HiddenVector& rates, HiddenVector& next) {
-  const typename E::State z = taken<E>(begin, slot);
-  if constexpr (SolvedStateEffect<E>) {
-    put(next, slot, settled(form, z, joint, by));
-  } else {
-    if (at.size() > 0) put(rates, slot, form.rate(taken<E>(at, slot), joint));
-    put(next, slot, moved(z, taken<E>(rates, slot), by));
-  }
+inline void follow_one(const EffectForm& form, int slot, const JointState& joint, const HiddenVector& begin,
+                       const HiddenVector& at, double by, HiddenVector& rates, HiddenVector& next) {
+  const int count = form.law().hidden_count;
+  next.segment(slot, count) = begin.segment(slot, count);
+  if (form.roles().settles) return form.settle(part_of(next, form, slot), joint, by);
+  if (at.size() > 0) form.rate(part_of(at, form, slot), joint, part_of(rates, form, slot));
+  next.segment(slot, count) += by * rates.segment(slot, count);
 }
 
 /// Where in time and in which regime the machine is: direction of sliding (0: stuck) of each joint with dry friction,

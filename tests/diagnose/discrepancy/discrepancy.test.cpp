@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "diagnose/settings.hpp"
+#include "physics/catalogue.hpp"
 #include "support/dense.hpp"
 #include "support/linearised_pendulum.hpp"
 
@@ -153,7 +154,7 @@ TEST_CASE("Odds of an effect beside a discrepancy are those of two normal distri
     CAPTURE(names(Cause{})[static_cast<std::size_t>(group.cause)]);
     CHECK(said.log_odds == Approx(odds).epsilon(kRoot));
     REQUIRE(said.effects.size() == 1);
-    CHECK(std::get<ConstantBias>(said.effects[0].form).torque == Approx(0.25 * cy / (1.0 + cc)).epsilon(kRoot));
+    CHECK(said.effects[0].form.get<ConstantBias>().torque == Approx(0.25 * cy / (1.0 + cc)).epsilon(kRoot));
     // What the discrepancy has drawn needs no effect.
     CHECK(discrepancy.beside(c, drawn + pendulum.white(20), kPenalty).log_odds < 0.0);
   }

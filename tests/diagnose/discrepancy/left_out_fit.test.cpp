@@ -7,6 +7,7 @@
 
 #include "diagnose/discrepancy/left_out.hpp"
 #include "diagnose/search/explain.hpp"
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;

@@ -4,6 +4,7 @@
 
 #include "diagnose/fit/fit.hpp"
 #include "diagnose/fit/linear_jacobian.hpp"
+#include "physics/catalogue.hpp"
 #include "support/compare.hpp"
 #include "support/dense.hpp"
 #include "support/linearised.hpp"

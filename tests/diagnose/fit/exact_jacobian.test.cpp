@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/fit/shooting.hpp"
+#include "physics/catalogue.hpp"
 #include "support/linearised.hpp"
 #include "support/recorded_pendulum.hpp"
 
@@ -37,7 +38,7 @@ Plant up_to_an_edge() { return Custom({{{"d", 0.4}}}, {"u - 4*sin(q) - d*v + exp
 
 TEST_CASE("For every effect in an arm the exact Jacobian is that of differences with initial states fitted anew",
           "[diagnose][fit]") {
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+  for_each_effect([&]<class E>(const E&) {
     const std::vector<Effect> effects{{testing::drawn_effect<E>(0.1), 1, -1}};
     INFO(E::kName);
     const Linearised about(TwoLinkArm{}, {recorded(Machine(TwoLinkArm{}, effects), {.seconds = 2.4})}, 1e-3, 1.2);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diagnose/search/explain.hpp"
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -40,7 +41,7 @@ TEST_CASE("Friction that gives before it slides is found across a gap, after whi
   const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
   const Fit& best = found.best().fit;
   REQUIRE(best.effects.size() == 1);
-  const auto* law = std::get_if<PreslidingHysteresis>(&best.effects[0].form);
+  const auto* law = best.effects[0].form.get_if<PreslidingHysteresis>();
   REQUIRE(law != nullptr);
   CHECK(std::abs(law->stiffness - hidden.stiffness) < 4.0 * best.deviation(0, "stiffness"));
   CHECK(std::abs(law->level - hidden.level) < 4.0 * best.deviation(0, "level"));
@@ -58,7 +59,7 @@ TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnos
   CHECK(key(best.effects) == key(machine.effects()));
   CHECK(found.p_value(best) > 1e-3);
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
-    const auto* law = std::get_if<ActuatorLag>(&best.effects[e].form);
+    const auto* law = best.effects[e].form.get_if<ActuatorLag>();
     if (law == nullptr) continue;
     CHECK(std::abs(law->time_constant - lag) < 4.0 * best.deviation(static_cast<int>(e), "time_constant"));
   }
@@ -127,11 +128,11 @@ TEST_CASE("Starts are handed down from sets that contain one another, and from n
   REQUIRE_FALSE(richer.empty());
   for (const std::vector<Effect>& start : richer) {
     CHECK(key(start) == key({stribeck, spring}));
-    CHECK(std::get<StribeckFriction>(start[1].form).coulomb == 0.3);
+    CHECK(start[1].form.get<StribeckFriction>().coulomb == 0.3);
   }
   const auto plain = starts_from({coulomb, spring}, {stribeck, spring});
   REQUIRE(plain.size() == 1);
-  CHECK(std::get<CoulombFriction>(plain[0][0].form).level == 1.0);
+  CHECK(plain[0][0].form.get<CoulombFriction>().level == 1.0);
   CHECK(starts_from({spring}, {coulomb}).empty());
   CHECK(starts_from({coulomb, spring}, {coulomb}).empty());
 }

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "support/compare.hpp"
 #include "support/dense.hpp"
 #include "support/linearised.hpp"

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "diagnose/fit/exact_jacobian.hpp"
+#include "physics/catalogue.hpp"
 #include "support/linearised.hpp"
 #include "support/recorded_pendulum.hpp"
 
@@ -133,7 +134,7 @@ TEST_CASE("What the sensor shows otherwise is what initial states cannot hide", 
 }
 
 TEST_CASE("For every faint effect in an arm the linear response gives nearly the exact Jacobian", "[diagnose][fit]") {
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+  for_each_effect([&]<class E>(const E&) {
     const std::vector<Effect> effects{{testing::drawn_effect<E>(0.02), 1, -1}};
     const Linearised about(TwoLinkArm{}, {recorded(Machine(TwoLinkArm{}, effects), {.seconds = 4.0})}, 1e-3);
     const Fit fit = about.at_truth(effects);

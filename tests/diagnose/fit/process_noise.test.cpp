@@ -6,6 +6,7 @@
 
 #include "diagnose/search/explain.hpp"
 #include "diagnose/verdict/which.hpp"
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;

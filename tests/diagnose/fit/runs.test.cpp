@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.hpp"
+#include "physics/catalogue.hpp"
 #include "support/compare.hpp"
 #include "support/linearised.hpp"
 #include "support/recorded_pendulum.hpp"

@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/random.hpp"
 #include "diagnose/settings.hpp"
+#include "physics/catalogue.hpp"
 #include "support/compare.hpp"
 #include "support/dense.hpp"
 #include "support/linearised.hpp"

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "diagnose/fit/runs.hpp"
+#include "physics/catalogue.hpp"
 #include "support/compare.hpp"
 #include "support/linearised.hpp"
 #include "support/recorded_pendulum.hpp"

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/random.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 #include "support/linearised.hpp"
 
@@ -51,7 +52,7 @@ double amount_of(const Amount& amount, const Range& range, int joint) {
 
 TEST_CASE("Every parameter of every effect is adjusted: as it stands, within what is admitted, as it is declared",
           "[diagnose][fit]") {
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+  for_each_effect([&]<class E>(const E& form) {
     for (const int joint : {0, 1}) {
       const std::vector<Unknown> unknowns = unknowns_of({{form, joint, -1}});
       const std::vector<Declared> declared = parameters(EffectForm{form});
@@ -154,7 +155,7 @@ TEST_CASE("Values put into a model are the values that it has, for every effect 
   RandomStream random(21);
   const TwoLinkArm arm;
   int admitted = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+  for_each_effect([&]<class E>(const E& form) {
     Fit fit = moved_arm().at_truth({{ConstantBias{0.3}, 1, -1}, {form, 1, -1}});
     fit.unknowns.push_back({-1, parameter_names(Plant{arm})[0], 1.0, 0.0, 5.0});
     for (int draw = 0; draw < 5; ++draw) {
@@ -176,7 +177,7 @@ TEST_CASE("Values put into a model are the values that it has, for every effect 
         if (held == values[slot]) continue;
         ++admitted;  // what contradicts another parameter is moved
         if constexpr (requires(E e) { e.admit(); }) {
-          CHECK(std::get<E>(fit.effects[1].form).problem().empty());
+          CHECK(fit.effects[1].form.get<E>().problem().empty());
         } else {
           FAIL("moved by nothing");
         }

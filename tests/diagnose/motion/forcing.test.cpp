@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
+#include "physics/effect_law.hpp"
 #include "support/compare.hpp"
 #include "support/families.hpp"
 
@@ -97,7 +99,7 @@ TEST_CASE("A torque of any form accelerates by its mean over each step", "[diagn
   const Forcing forcing = swings.forcing();
   const auto normal_cdf = [](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); };
   int checked = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+  for_each_effect([&]<class E>(const E&) {
     for (const int j : {0, 1}) {
       const E form = example<E>(swings, j);
       CAPTURE(E::kName, j);
@@ -125,7 +127,7 @@ TEST_CASE("A torque of any form accelerates by its mean over each step", "[diagn
 TEST_CASE("Effects with a hidden state accelerate as that state follows the motion", "[diagnose][motion]") {
   const Swings swings(kArm);
   const Forcing forcing = swings.forcing();
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+  for_each_effect([&]<class E>(const E&) {
     if constexpr (HiddenStateEffect<E>) {
       for (const int j : {0, 1}) {
         const E form = example<E>(swings, j);
@@ -216,7 +218,7 @@ TEST_CASE("A sensor accelerates nothing and shows another position, all else sho
           "[diagnose][motion]") {
   const Swings swings(kArm);
   const Forcing forcing = swings.forcing();
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+  for_each_effect([&]<class E>(const E&) {
     CAPTURE(E::kName);
     const Effect effect{example<E>(swings, 1), 1};
     const Eigen::MatrixXd shown = forcing.measured(effect, 0);
@@ -225,7 +227,7 @@ TEST_CASE("A sensor accelerates nothing and shows another position, all else sho
       CHECK(forcing.acceleration(effect, 0).isZero());
       for (Eigen::Index k = 0; k < shown.rows(); ++k) {
         const double q = swings.paths[0].position(k, 1);
-        CHECK(q + shown(k, 1) == Approx(std::get<E>(effect.form).measured(q)));
+        CHECK(q + shown(k, 1) == Approx(effect.form.get<E>().measured(q)));
       }
     } else {
       CHECK(shown.isZero());
@@ -237,7 +239,7 @@ TEST_CASE("A pendulum that is written down is accelerated as the pendulum", "[di
   const Pendulum pendulum{.length = 0.8, .friction = 0.2, .mass = 0.6};
   const Swings swings(pendulum), written(testing::written_pendulum(pendulum));
   const Forcing of_pendulum = swings.forcing(), of_written = written.forcing();
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E&) {
+  for_each_effect([&]<class E>(const E&) {
     const auto shapes = E::shapes(operating_range(swings.data, swings.paths, 0));
     if (shapes.empty()) return;  // it needs a second joint
     CAPTURE(E::kName);

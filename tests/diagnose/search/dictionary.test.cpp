@@ -4,6 +4,7 @@
 #include <set>
 
 #include "diagnose/search/screen.hpp"
+#include "physics/catalogue.hpp"
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -59,6 +60,6 @@ TEST_CASE("An effect in the target is found with its size", "[diagnose][search]"
   const Finding best = Screen(dictionary, dictionary.columns, unit).all().front();
   const std::vector<Effect> effects = best.effects(dictionary);
   REQUIRE(effects.size() == 2);
-  CHECK(std::get<CoulombFriction>(effects[0].form).level == Approx(0.3).epsilon(1e-3));
-  CHECK(std::get<CubicSpring>(effects[1].form).stiffness == Approx(0.2).epsilon(1e-3));
+  CHECK(effects[0].form.get<CoulombFriction>().level == Approx(0.3).epsilon(1e-3));
+  CHECK(effects[1].form.get<CubicSpring>().stiffness == Approx(0.2).epsilon(1e-3));
 }

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/error.hpp"
+#include "physics/catalogue.hpp"
 #include "support/dense.hpp"
 #include "support/linearised_pendulum.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -64,7 +65,7 @@ std::set<std::string> keys_of(std::initializer_list<std::vector<Effect>> sets) {
   return result;
 }
 
-double order_of(const Fit& fit) { return std::get<CoggingTorque>(fit.effects[0].form).order; }
+double order_of(const Fit& fit) { return fit.effects[0].form.get<CoggingTorque>().order; }
 
 }  // namespace
 
@@ -79,7 +80,7 @@ TEST_CASE("Each set is fitted once, in whatever order and with whatever paramete
   CHECK(recorded.fits.add({{CubicSpring{7.0}, 0}, {CoulombFriction{3.0}, 0}}) == first);
   CHECK(first->effects == as_found.effects);
   CHECK(recorded.fits.ranked().size() == 1);
-  CHECK(std::abs(std::get<CoulombFriction>(first->effects[0].form).level - 0.1) < 4.0 * first->deviation(0, "level"));
+  CHECK(std::abs(first->effects[0].form.get<CoulombFriction>().level - 0.1) < 4.0 * first->deviation(0, "level"));
 }
 
 TEST_CASE("What is no set of its own, or not in the user's catalogue, is declined", "[diagnose][search]") {

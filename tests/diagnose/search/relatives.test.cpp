@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "physics/catalogue.hpp"
 #include "physics/machine/machine.hpp"
 #include "support/recorded_pendulum.hpp"
 
@@ -17,10 +18,9 @@ const Effect kDrySimple{CoulombFriction{0.3}, 0}, kDryRich{StribeckFriction{0.3,
 const Effect kSpring{LinearSpring{2.0}, 0}, kStep{TorqueStep{0.1, 2.0}, 0, 1};
 
 /// Every effect of the catalogue with the values that it has by default.
-std::vector<EffectForm> catalogue() {
+std::vector<EffectForm> all_forms() {
   std::vector<EffectForm> forms;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr),
-                       [&]<class E>(const E& form) { forms.emplace_back(form); });
+  for_each_effect([&]<class E>(const E& form) { forms.emplace_back(form); });
   return forms;
 }
 
@@ -75,7 +75,7 @@ TEST_CASE("A set without an effect holds the others in their order", "[diagnose]
 
 TEST_CASE("Simpler laws come to an end, and every extension of one simplifies to it", "[diagnose][search]") {
   int extended = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+  for_each_effect([&]<class E>(const E& form) {
     CAPTURE(E::kName);
     EffectForm law = form;
     int steps = 0;
@@ -110,7 +110,7 @@ TEST_CASE("Known parameters are taken over by the same law in the same joint and
 
 TEST_CASE("Beside or in place of a law of dry friction stands every other of its level", "[diagnose][search]") {
   std::set<std::size_t> dry;
-  for (const EffectForm& form : catalogue()) {
+  for (const EffectForm& form : all_forms()) {
     if (simplest(form).index() == kDrySimple.form.index()) dry.insert(form.index());
   }
   REQUIRE(dry.size() > 2);
@@ -128,7 +128,7 @@ TEST_CASE("Beside or in place of a law of dry friction stands every other of its
         CHECK(std::vector<Effect>(other.begin() + 1, other.begin() + static_cast<std::ptrdiff_t>(set.size())) ==
               beside);
         if (larger) CHECK(other.front() == law);
-        const double level = std::get<CoulombFriction>(simplest(changed.form)).level;
+        const double level = simplest(changed.form).get<CoulombFriction>().level;
         CHECK(level == Approx(larger ? 0.3 * 0.3 : 0.3));  // a second law starts small
         (larger ? added : in_place).insert(changed.form.index());
       }
@@ -147,7 +147,7 @@ TEST_CASE("Equivalents show the same on one plant or another, and are equivalent
           "[diagnose][search]") {
   const std::vector<Plant> plants{testing::kPendulum, Mass{.mass = 1.4, .friction = 0.8}};
   int pairs = 0;
-  for (const EffectForm& form : catalogue()) {
+  for (const EffectForm& form : all_forms()) {
     CAPTURE(name_of(form));
     const std::vector<Effect> set{kSpring, {form, 0}};
     const std::vector<std::vector<Effect>> others = equivalents(set);
@@ -182,7 +182,7 @@ TEST_CASE("Each equivalent stands in one effect's place, and what has none has n
 
 TEST_CASE("A law hands its parameters down to its simpler law and up to its extensions, everywhere in the catalogue",
           "[diagnose][search]") {
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+  for_each_effect([&]<class E>(const E& form) {
     if constexpr (requires { form.simpler(); }) {
       CAPTURE(E::kName);
       const Effect rich{form, 0}, simple{form.simpler(), 0};

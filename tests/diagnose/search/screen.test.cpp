@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/random.hpp"
+#include "physics/catalogue.hpp"
 #include "support/dense.hpp"
 
 using namespace bayesctrl;
@@ -27,7 +28,7 @@ Dictionary random_dictionary(int suspects, int shapes, bool wide, int sign, std:
   Dictionary dictionary;
   int columns = 0;
   std::size_t kind = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+  for_each_effect([&]<class E>(const E& form) {
     if (kind >= static_cast<std::size_t>(suspects)) return;
     Suspect& suspect = dictionary.suspects.emplace_back(Suspect{kind++, 0, {}});
     for (int a = 0; a < shapes; ++a) {

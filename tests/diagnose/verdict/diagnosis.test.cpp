@@ -12,6 +12,7 @@
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/node.hpp"
+#include "physics/catalogue.hpp"
 #include "support/practice.hpp"
 
 using namespace bayesctrl;
@@ -106,14 +107,10 @@ TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[
 }
 
 TEST_CASE("Equations of every effect carry plain signs", "[diagnose]") {
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [](const auto& form) {
+  for_each_effect([](const auto& form) {
     Effect effect{form, 0, -1};
     for (const double sign : {1.0, -1.0}) {
-      std::visit(
-          [&]<class E>(E& own) {
-            E::fields(own, [&](std::string_view, double& value, const Info&) { value = sign * 0.25; });
-          },
-          effect.form);
+      EffectForm::fields(effect.form, [&](std::string_view, double& value, const Info&) { value = sign * 0.25; });
       const std::string text = equation(effect, 1);
       INFO(text);
       CHECK(text.find('{') == std::string::npos);

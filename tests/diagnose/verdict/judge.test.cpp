@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "support/dense.hpp"
 #include "support/recorded_pendulum.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "physics/machine/simulation.hpp"
 #include "support/recorded_pendulum.hpp"
 

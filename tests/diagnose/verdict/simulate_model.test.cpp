@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "io/folder.hpp"
 #include "io/read.hpp"
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;

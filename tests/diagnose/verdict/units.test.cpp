@@ -6,6 +6,7 @@
 #include <map>
 
 #include "io/node.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 
 using namespace bayesctrl;
@@ -45,7 +46,7 @@ TEST_CASE("Units of a joint are those of its signals, else those of the plant", 
 
 TEST_CASE("Parameters of effects have the units that they declare in a rotary joint", "[diagnose]") {
   const JointUnits rotary{"rad", "rad/s", "N m", "V"};
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&](const auto& form) {
+  for_each_effect([&](const auto& form) {
     for (const auto& [name, value, info] : parameters(EffectForm(form))) {
       INFO(form.kName << " " << name);
       CHECK(unit_of(EffectForm(form), name, rotary) == (info.unit == "unit of u" ? "V" : info.unit));
@@ -69,7 +70,7 @@ TEST_CASE("Parameters of effects in a slide are forces and lengths", "[diagnose]
   CHECK(slide_unit(CoggingTorque{}, "order") == "rad/m");
   CHECK(slide_unit(CoggingTorque{}, "phase") == "rad");
   CHECK(slide_unit(PeriodicDisturbance{}, "frequency") == "rad/s");
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&](const auto& form) {
+  for_each_effect([&](const auto& form) {
     for (const auto& [name, value, info] : parameters(EffectForm(form))) {
       INFO(form.kName << " " << name);
       CHECK(slide_unit(form, name).find("N m") == std::string::npos);

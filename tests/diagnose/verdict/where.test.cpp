@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "physics/catalogue.hpp"
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;
@@ -157,7 +158,7 @@ TEST_CASE("Without a band that excludes zero it is windows that the nominal does
 TEST_CASE("Sensors are a side of the machine, what stands between input and torque another, all else is drift",
           "[diagnose][where]") {
   int sensors = 0, inputs = 0;
-  for_each_alternative(static_cast<const EffectForm*>(nullptr), [&]<class E>(const E& form) {
+  for_each_effect([&]<class E>(const E& form) {
     const std::string_view name = E::kName;
     const bool sensor = name.starts_with("sensor_");
     const bool input = name.starts_with("input_") || name == "actuator_lag" || name == "backlash";

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "diagnose/fit/free_runs.hpp"
+#include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;

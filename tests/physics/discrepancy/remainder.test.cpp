@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/random.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/machine/machine.hpp"
 
 using namespace bayesctrl;

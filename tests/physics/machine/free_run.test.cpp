@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "physics/catalogue.hpp"
 #include "support/families.hpp"
 
 using namespace bayesctrl;

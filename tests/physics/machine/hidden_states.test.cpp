@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "physics/catalogue.hpp"
 #include "physics/machine/machine.hpp"
 
 using namespace bayesctrl;
