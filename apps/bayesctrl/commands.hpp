@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/fields.hpp"
 #include "io/node.hpp"
 
 namespace CLI {
@@ -53,6 +54,9 @@ inline constexpr int kMostJobs = 4096;
 
 /// A seed, which CLI11 itself would take from -1 as well, as 2^64 - 1.
 CLI::Validator seed_check();
+
+/// A number within a range, which CLI11 itself would take from nan.
+CLI::Validator number_check(const Range& range);
 
 /// Checks that a word is one of these, with "did you mean"; --help and the shell completion show them.
 CLI::Validator one_of(const std::vector<std::string>& words);

@@ -121,16 +121,44 @@ void keep_memory() {
   mallopt(M_TOP_PAD, 64 * 1024 * 1024);
 }
 
+struct DiagnoseCommand {
+  std::vector<std::string> specs, assignments;
+  std::string out;
+  Loudness loudness;
+  bool no_report = false;
+  bool plot = false;
+};
+
+/// A spec, where it was read, and where its results go.
+struct Asked {
+  std::string path;
+  DiagnosisSpec spec;
+  fs::path folder;
+};
+
+/// All specs, before any is worked on.
+std::vector<Asked> read_all(const DiagnoseCommand& command) {
+  std::vector<Asked> list;
+  for (const std::string& path : command.specs) {
+    DiagnosisSpec spec = read_diagnosis_spec(read_spec(path, command.assignments, "diagnosis"));
+    if (const std::vector<SpecError> missing = missing_files(spec); !missing.empty()) throw missing.front();
+    fs::path folder = command.out;
+    if (folder.empty()) folder = fs::path("results") / "diagnose" / slug(spec.name);
+    if (!command.out.empty() && command.specs.size() > 1) folder /= slug(spec.name);
+    for (const Asked& other : list) {
+      if (other.folder != folder) continue;
+      throw SpecError({path}, "has the name '" + spec.name + "' of " + other.path + ": their results would go into " +
+                                  folder.string() + " both");
+    }
+    list.push_back({path, std::move(spec), std::move(folder)});
+  }
+  return list;
+}
+
 }  // namespace
 
 void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
-  struct Command {
-    std::vector<std::string> specs, assignments;
-    std::string out;
-    Loudness loudness;
-    bool no_report = false;
-    bool plot = false;
-  };
+  using Command = DiagnoseCommand;
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand(
       "diagnose",
@@ -155,14 +183,11 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
     const Loudness& loudness = command->loudness;
     Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "%");
     ordered_json list = ordered_json::array();
-    for (const std::string& path : command->specs) {
-      const DiagnosisSpec spec = read_diagnosis_spec(read_spec(path, command->assignments, "diagnosis"));
-      fs::path folder = command->out;
-      if (folder.empty()) folder = fs::path("results") / "diagnose" / slug(spec.name);
-      if (!command->out.empty() && command->specs.size() > 1) folder /= slug(spec.name);
-      const std::size_t of_all = 100 * command->specs.size();
-      const Diagnosed diagnosed = diagnose(spec, [&](int percent, std::string_view stage) {
-        progress(100 * list.size() + static_cast<std::size_t>(percent), of_all, spec.name + ": " + std::string(stage));
+    const std::vector<Asked> all = read_all(*command);
+    for (const auto& [path, spec, folder] : all) {
+      const std::size_t of_all = 100 * all.size();
+      const Diagnosed diagnosed = diagnose(spec, [&, &name = spec.name](int percent, std::string_view stage) {
+        progress(100 * list.size() + static_cast<std::size_t>(percent), of_all, name + ": " + std::string(stage));
       });
       progress.clear();
       write_diagnosis(diagnosed, folder);

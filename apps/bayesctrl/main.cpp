@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 
@@ -100,6 +101,9 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     std::cerr << "error: " << error.what() << "\n";
     return static_cast<int>(error.code());
+  } catch (const std::filesystem::filesystem_error& error) {  // a name that is too long, links in a circle, ...
+    std::cerr << "error: " << error.path1().string() << ": " << error.code().message() << "\n";
+    return static_cast<int>(ExitCode::io);
   } catch (const std::bad_alloc&) {
     std::cerr << "error: out of memory\n";
     return static_cast<int>(ExitCode::numerical);

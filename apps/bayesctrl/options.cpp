@@ -52,6 +52,14 @@ CLI::Validator seed_check() {
           "", "seed"};
 }
 
+CLI::Validator number_check(const Range& range) {
+  return {[range](std::string& text) -> std::string {
+            const std::optional<double> number = parse_double(text);
+            return number && range.contains(*number) ? "" : text + " is not " + to_string(range);
+          },
+          "", "number"};
+}
+
 Node read_spec(const std::string& path, const std::vector<std::string>& assignments, std::string_view kind) {
   Node spec = read_yaml(path);
   if (!kind.empty()) require_kind(spec, kind);

@@ -147,6 +147,18 @@ std::string plots_of(const StudyOutcome& outcome) {
   return text;
 }
 
+/// Of each run that failed, which it was and why.
+void print_reasons(const Tally& tally) {
+  for (const auto& [folder, table] : tally.tables) {
+    const Column *controller = table.find("controller"), *status = table.find("status"), *reason = table.find("reason");
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (status->at(row) == Cell(std::string(to_name(RunStatus::ok)))) continue;
+      std::cerr << "error: " << folder.string() << ", " << std::get<std::string>(controller->at(row)) << ": "
+                << std::get<std::string>(reason->at(row)) << "\n";
+    }
+  }
+}
+
 void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
   if (interrupted()) {
     std::cerr << "interrupted: what was written is whole; the same command with --resume runs the rest of "
@@ -161,7 +173,10 @@ void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
     std::cout << object.dump(2) << "\n";
     return;
   }
-  if (command.loudness.quiet) return;
+  if (command.loudness.quiet) {
+    print_reasons(tally);
+    return;
+  }
   for (const std::string& plots : tally.plots) std::cout << plots;
   for (const auto& [folder, table] : tally.tables) {
     const auto job = std::find_if(batch.jobs.begin(), batch.jobs.end(),
@@ -213,6 +228,7 @@ ExitCode run(const RunCommand& command) {
       if (std::optional<Table> finished = finished_results(batch.studies[i], batch.jobs[i].folder)) {
         tally.count(*finished);
         tables[i] = *std::move(finished);
+        if (!fs::exists(batch.jobs[i].spec_folder / "report.html")) written.insert(batch.jobs[i].spec_folder);
         continue;
       }
     }

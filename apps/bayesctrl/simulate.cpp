@@ -56,7 +56,7 @@ void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
   sub->add_option("--out", command->out, "CSV to write t, q, v, u to; default: standard output")->type_name("FILE");
   sub->add_option("--horizon", command->horizon,
                   "model.yaml: seconds of each free run, whose start is fitted; default: the diagnosis's horizon_s")
-      ->check(CLI::PositiveNumber);
+      ->check(number_check(kPositive));
   sub->add_flag("--plot", command->plot, "Draw position and input over time on standard error");
   add_set_option(*sub, command->overrides.assignments);
   sub->footer(

@@ -32,7 +32,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
   sub->add_option("SPEC", command->spec, "YAML spec of a trial: how many cases of which kind")->required();
   sub->add_option("--seed", command->seeds, "Seeds instead of the spec's; one trial for each")->check(seed_check());
   sub->add_option("--scale", command->scale, "Part of the spec's numbers of cases, e.g. 0.1")
-      ->check(CLI::Range(0.001, 100.0));
+      ->check(number_check(between(0.001, 100.0)));
   sub->add_option("--out", command->out, "Folder; default: results/NAME")->type_name("DIR");
   sub->add_option("-j,--jobs", command->jobs, "Processes at a time; 0: one per core")
       ->check(CLI::Range(0, kMostJobs))

@@ -82,6 +82,11 @@ Problem Study::problem() const {
     return {"duration / control_period = " + format(steps, 3) + " control calls, at most " + format(kMostSteps),
             "duration"};
   }
+  if (output.quadrature_step && !(duration / *output.quadrature_step <= kMostSteps)) {
+    return {"duration / quadrature_step = " + format(duration / *output.quadrature_step, 3) + " steps, at most " +
+                format(kMostSteps),
+            "output.quadrature_step"};
+  }
   Problem problem = joints_problem("initial_state.position", initial_state.position.size(), n);
   if (problem.empty()) problem = joints_problem("initial_state.velocity", initial_state.velocity.size(), n);
   if (problem.empty()) problem = joints_problem("reference", static_cast<std::size_t>(joints(reference)), n);

@@ -61,9 +61,10 @@ std::optional<Table> finished_results(const Study& study, const std::filesystem:
   const std::filesystem::path file = folder / "provenance.json";
   if (!std::filesystem::exists(file)) return std::nullopt;
   const ordered_json known = read_json(file);
-  if (known.value("revision", "") != program_revision() || known.value("spec", ordered_json()) != to_json(study)) {
-    return std::nullopt;
-  }
+  const bool same = read_results_in(file, [&] {
+    return known.value("revision", "") == program_revision() && known.value("spec", ordered_json()) == to_json(study);
+  });
+  if (!same) return std::nullopt;
   Table table = read_csv(folder / "table.csv");
   const Column* reason = table.find("reason");
   for (std::size_t row = 0; reason != nullptr && row < reason->size(); ++row) {

@@ -123,10 +123,7 @@ Table differing(const std::vector<ResultValues>& results, Values ResultValues::*
   return table;
 }
 
-}  // namespace
-
-ResultValues read_results(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw IoError(folder.string() + ": no folder of results");
+ResultValues values_in(const fs::path& folder) {
   ResultValues results{folder.string(), "", {}, {}};
   read_settings(folder, results);
   if (fs::exists(folder / "diagnosis.json")) {
@@ -145,6 +142,13 @@ ResultValues read_results(const fs::path& folder) {
   }
   std::erase_if(results.metrics, [](const auto& value) { return is_left_out(value.first); });
   return results;
+}
+
+}  // namespace
+
+ResultValues read_results(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw IoError(folder.string() + ": no folder of results");
+  return read_results_in(folder, [&] { return values_in(folder); });
 }
 
 ResultDifference difference(const std::vector<ResultValues>& results) {

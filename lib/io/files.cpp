@@ -1,6 +1,7 @@
 #include "io/files.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -49,15 +50,26 @@ int write_all(int descriptor, std::string_view content) {
   return error;
 }
 
+/// Waits until a pipe can be read or its other end is closed. Returns errno, ETIMEDOUT where nothing comes for long.
+int await_pipe(int descriptor) {
+  constexpr int kLongest = 10'000;  // ms
+  pollfd waited{descriptor, POLLIN, 0};
+  const int ready = ::poll(&waited, 1, kLongest);
+  return ready > 0 ? 0 : ready == 0 ? ETIMEDOUT : errno;
+}
+
 /// Appends all that can be read to `content`, until it has more than `max_bytes`. Returns errno.
-int read_all(int descriptor, std::size_t max_bytes, std::string& content) {
+int read_all(int descriptor, bool pipe, std::size_t max_bytes, std::string& content) {
   std::array<char, 65536> buffer{};
   while (content.size() <= max_bytes) {
+    if (pipe) {
+      if (const int error = await_pipe(descriptor); error != 0) return error;
+    }
     const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
     if (count == 0) return 0;
     if (count > 0)
       content.append(buffer.data(), static_cast<std::size_t>(count));
-    else if (errno != EINTR)
+    else if (errno != EINTR && errno != EAGAIN)
       return errno;
   }
   return 0;
@@ -151,11 +163,19 @@ void write_file(const fs::path& path, std::string_view content) {
 }
 
 std::string read_file(const fs::path& path, std::size_t max_bytes) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // no waiting for a pipe's writer
   if (descriptor < 0) fail(path, errno);
+  struct stat kind {};
+  int error = ::fstat(descriptor, &kind) != 0 ? errno : 0;
+  const bool pipe = error == 0 && S_ISFIFO(kind.st_mode);
+  if (error == 0 && (S_ISCHR(kind.st_mode) || S_ISBLK(kind.st_mode))) {
+    ::close(descriptor);
+    throw IoError(path.string() + ": is a device, not a file");
+  }
   std::string content;
-  const int error = read_all(descriptor, max_bytes, content);
+  if (error == 0) error = read_all(descriptor, pipe, max_bytes, content);
   ::close(descriptor);
+  if (error == ETIMEDOUT) throw IoError(path.string() + ": is a pipe into which nothing is written");
   if (error != 0) fail(path, error);
   if (content.size() > max_bytes) {
     throw DataError({.file = path.string()}, "has more than " + std::to_string(max_bytes) + " bytes");

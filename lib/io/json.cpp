@@ -1,6 +1,5 @@
 #include "io/json.hpp"
 
-#include "base/error.hpp"
 #include "io/files.hpp"
 
 namespace bayesctrl {

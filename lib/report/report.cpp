@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "io/files.hpp"
+#include "io/json.hpp"
 #include "report/pages.hpp"
 #include "report/read.hpp"
 
@@ -51,7 +52,7 @@ std::string report(const std::vector<fs::path>& folders, const Published* publis
       throw DataError(Location{folder.string()}, "is no experiment: one page holds experiments, or one other result");
     }
   }
-  try {
+  return read_results_in(folders[0], [&] {
     switch (kind) {
       case Kind::diagnosis:
         return diagnosis_page(folders[0]);
@@ -60,10 +61,7 @@ std::string report(const std::vector<fs::path>& folders, const Published* publis
       default:
         return experiment_page(folders, published);
     }
-  } catch (const nlohmann::json::exception& error) {
-    throw DataError(Location{folders[0].string()},
-                    std::string("results are damaged or of another version: ") + error.what());
-  }
+  });
 }
 
 std::vector<fs::path> write_reports(const std::vector<fs::path>& folders, const Published* published,

@@ -1,5 +1,8 @@
 #include "spec/model.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 
 #include "io/emit.hpp"
@@ -23,6 +26,21 @@ std::vector<std::string> read_expressions(const Node& node, std::string_view nam
   return list;
 }
 
+/// What is wrong with the inertias of a custom machine: each has to be positive somewhere near the origin.
+void require_positive_inertia(const Custom& machine, const Node& inertia) {
+  const int n = machine.joint_count();
+  for (int i = 0; i < n; ++i) {
+    const auto positive = [&](double at) {
+      const double mobility = machine.mobility(JointVector::Constant(n, at), JointVector::Zero(n))(i, i);
+      return mobility > 0.0 && std::isfinite(mobility);
+    };
+    constexpr std::array kTried{0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0};
+    if (std::any_of(kTried.begin(), kTried.end(), positive)) continue;
+    const Node& node = inertia.kind == Node::Kind::scalar ? inertia : inertia.items[static_cast<std::size_t>(i)];
+    throw SpecError(node.where, "inertia '" + node.text + "' is not positive");
+  }
+}
+
 Custom read_custom(const Node& model, const Node& parameters) {
   Named<double> values;
   detail::read_node(parameters, "parameters", Info{}, values);
@@ -32,8 +50,10 @@ Custom read_custom(const Node& model, const Node& parameters) {
   }
   const Node::Entry* inertia = model.find("inertia");
   try {
-    return Custom(values, read_expressions(acceleration->value, "acceleration"),
-                  inertia != nullptr ? read_expressions(inertia->value, "inertia") : std::vector<std::string>{});
+    Custom machine(values, read_expressions(acceleration->value, "acceleration"),
+                   inertia != nullptr ? read_expressions(inertia->value, "inertia") : std::vector<std::string>{});
+    if (inertia != nullptr) require_positive_inertia(machine, inertia->value);
+    return machine;
   } catch (const ExpressionError& error) {
     const Node& node = (error.of_inertia ? inertia : acceleration)->value;
     throw SpecError(node.kind == Node::Kind::scalar ? node.where : node.items[error.of_joint].where, error.what());

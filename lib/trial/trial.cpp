@@ -73,8 +73,10 @@ constexpr const char* kSpent = "processor_seconds.json";  // the last file of a 
 /// Processor seconds of a diagnosis that this revision of the program has finished, or nothing.
 std::optional<double> spent_on(const fs::path& diagnosis) {
   if (!fs::exists(diagnosis / kSpent) || !fs::exists(diagnosis / "provenance.json")) return std::nullopt;
-  if (read_json(diagnosis / "provenance.json").value("revision", "") != program_revision()) return std::nullopt;
-  return read_json(diagnosis / kSpent).get<double>();
+  return read_results_in(diagnosis, [&]() -> std::optional<double> {
+    if (read_json(diagnosis / "provenance.json").value("revision", "") != program_revision()) return std::nullopt;
+    return read_json(diagnosis / kSpent).get<double>();
+  });
 }
 
 /// Calls work(i) for each i from several threads.

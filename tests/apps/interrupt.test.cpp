@@ -74,7 +74,7 @@ TEST_CASE("Ctrl-C in the middle of a sweep ends with exit 130 and leaves whole f
   CHECK(read_csv(out / "table.csv").rows() == 4 * kPoints);  // a row for every run, with its reason
 }
 
-TEST_CASE("A sweep that was interrupted gives the same as another when it is resumed or run again", "[apps]") {
+TEST_CASE("A sweep that was interrupted gives the same as another when it is resumed or run again", "[apps][slow]") {
   const Folder folder;
   const fs::path spec = folder.path() / "sweep.yaml";
   std::string text = long_sweep();

@@ -123,7 +123,7 @@ TEST_CASE("Several specs run in one command, each into its own folder", "[apps]"
   CHECK(column_texts(read_csv(out / "other" / "table.csv"), "experiment").front() == "other");
 }
 
-TEST_CASE("A study's name, whatever it is, stays inside the output folder", "[apps]") {
+TEST_CASE("A study's name, whatever it is, stays inside the output folder", "[apps][slow]") {
   const Folder folder;
   const fs::path out = folder.path() / "deep" / "out";
   const std::string spec = write_slide(folder);

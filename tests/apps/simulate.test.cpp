@@ -35,7 +35,7 @@ TEST_CASE("simulate takes its own output as the input of another run", "[apps]")
   CHECK(bayesctrl_with({"simulate", spec, "--input", input}).out == first.out);
 }
 
-TEST_CASE("A hidden effect is simulated, diagnosed from a starter, and runs as the plant", "[apps]") {
+TEST_CASE("A hidden effect is simulated, diagnosed from a starter, and runs as the plant", "[apps][slow]") {
   const Folder folder;
   const auto in_folder = [&](std::vector<std::string> words) {
     return bayesctrl_with(std::move(words), folder.path());

@@ -35,7 +35,7 @@ void write_recording(const fs::path& file) {
 
 }  // namespace
 
-TEST_CASE("schema prints the schema of each kind, or writes all of them", "[apps]") {
+TEST_CASE("schema prints the schema of each kind, or writes all of them", "[apps][slow]") {
   const Folder folder;
   CHECK(bayesctrl_with({"schema", "--out", folder.path()}).status == 0);
   for (const SpecKind& kind : spec_kinds()) {

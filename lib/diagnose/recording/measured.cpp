@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/fields.hpp"
+#include "base/format.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
@@ -60,6 +61,19 @@ std::vector<Segment> stretches(const Measured& measured, std::size_t recording) 
     first = k;
   }
   return list;
+}
+
+std::string no_window(const std::vector<Measured>& data, double length) {
+  if (!windows(data, length).empty()) return "";
+  double longest = 0.0, shortest = kInfinity;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    shortest = std::min(shortest, 8.0 * sample_period(data[r].time));
+    for (const Segment& stretch : stretches(data[r], r)) {
+      longest = std::max(longest, data[r].time[stretch.last] - data[r].time[stretch.first]);
+    }
+  }
+  return format(length, 4) + " s: recordings without a gap hold windows of " + format(shortest, 3) + " to " +
+         format(longest, 4) + " s";
 }
 
 std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least) {

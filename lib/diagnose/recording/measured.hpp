@@ -41,6 +41,9 @@ std::vector<Segment> stretches(const Measured& measured, std::size_t recording);
 /// the length is dropped, as is one of fewer than `least` samples.
 std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least = 8);
 
+/// Why there is no window of `length` seconds, with the lengths of which there are some; empty where there is one.
+std::string no_window(const std::vector<Measured>& data, double length);
+
 /// Standard deviation of the sensor's noise in each joint, 1.4826 times the median of sixth
 /// (divided) differences of unit weight of neighbouring samples, not below a quantum / sqrt(12). Valid at 15 or more
 /// samples per fastest period.

@@ -156,6 +156,8 @@ ordered_json schema_value(const NominalModel*, detail::Definitions& definitions)
 
 DiagnosisSpec read_diagnosis_spec(const Node& root) {
   auto spec = read<DiagnosisSpec>(root);
+  const Node::Entry* horizon = root.find("horizon_s");
+  spec.horizon_at = horizon != nullptr ? horizon->value.where : root.where;
   const fs::path folder = fs::path(root.where.file).parent_path();
   resolve(spec.recordings, folder);
   resolve(spec.held_out, folder);

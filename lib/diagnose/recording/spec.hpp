@@ -103,6 +103,7 @@ struct DiagnosisSpec {
   std::vector<RecordingFile> recordings, held_out;
   EffectNames effects = EffectNames::all();
   double horizon = 1.0;  // s
+  Location horizon_at;   // where it is set
 
   int joints() const { return static_cast<int>(signals.position.size()); }
 

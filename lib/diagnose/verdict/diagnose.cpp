@@ -253,9 +253,16 @@ bool can_be_explained(const DiagnosisSpec& spec, const std::vector<Measured>& re
   return false;
 }
 
-/// Explains recordings by a search on thinned-out ones. Held-out recordings are read last.
-void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings, const Eigen::VectorXd& noise,
-                 const StageBegins& stage, Diagnosed& result) {
+void require_horizon(const DiagnosisSpec& spec, const std::vector<Measured>& data) {
+  if (const std::string why = no_window(data, spec.horizon); !data.empty() && !why.empty()) {
+    throw SpecError(spec.horizon_at, "horizon_s = " + why);
+  }
+}
+
+/// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
+void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
+                 const std::vector<Measured>& held_out, const Eigen::VectorXd& noise, const StageBegins& stage,
+                 Diagnosed& result) {
   Diagnosis& diagnosis = result.diagnosis;
   const ExplainOptions options = search_options(spec, recordings, noise);
   const std::vector<Measured> data = decimated(recordings, kSettings.motion.samples_per_period * options.fastest_mode);
@@ -271,9 +278,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   stage(88, "planning the next experiment");
   diagnosis.residual = test_residuals(found, given);
   diagnosis.next_experiment = propose(found.nominal, found.explanation, data, diagnosis.units);
-  if (!spec.held_out.empty()) {
+  if (!held_out.empty()) {
     stage(94, "simulating held-out recordings");
-    const std::vector<Measured> held_out = read_all(spec.held_out, spec.signals);
     diagnosis.fit.held_out = compare(models, found, held_out, true, diagnosis.units, result.runs);
   }
   result.missing_torque = torque_table(data, found.smoothed, diagnosis.units);
@@ -289,8 +295,11 @@ Diagnosed diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
   const std::vector<Measured> recordings = read_all(spec.recordings, spec.signals);
   const Eigen::VectorXd noise = noise_level(recordings);
   if (can_be_explained(spec, recordings, noise, result.diagnosis)) {
+    const std::vector<Measured> held_out = read_all(spec.held_out, spec.signals);  // what is wrong there is said now
+    require_horizon(spec, recordings);
+    require_horizon(spec, held_out);
     explain_all(
-        spec, recordings, noise, begins ? begins : [](int, std::string_view) {}, result);
+        spec, recordings, held_out, noise, begins ? begins : [](int, std::string_view) {}, result);
   }
   result.diagnosis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;

@@ -1,5 +1,6 @@
 #include "diagnose/verdict/simulate_model.hpp"
 
+#include "base/error.hpp"
 #include "base/format.hpp"
 #include "diagnose/fit/free_runs.hpp"
 #include "diagnose/recording/read_recording.hpp"
@@ -34,6 +35,9 @@ SimulatedModel simulate_model(const ModelFile& file, const std::filesystem::path
   recording.file = input;
   recording.name = input.filename().string();
   const std::vector<Measured> data{read_recording(recording, file.signals)};
+  if (const std::string why = no_window(data, horizon); !why.empty()) {
+    throw DataError({input.string()}, "the horizon is " + why);
+  }
   const Eigen::VectorXd noise = noise_level(data).cwiseMax(1e-12);
   const std::vector<Trajectory> paths{
       smooth(file.model.plant, data[0], noise, likely_torque_prior(file.model.plant, data, noise))};

@@ -72,7 +72,7 @@ std::pair<Cause, std::vector<Eigen::VectorXd>> concealed(int which) {
 }  // namespace
 
 TEST_CASE("A torque that is concealed in recordings is found again along their motion, and its cause",
-          "[remainder_search]") {
+          "[remainder_search][slow]") {
   const int which = GENERATE(0, 1, 2, 3);
   const auto [cause, torque] = concealed(which);
   const Eigen::VectorXd target = searched().pendulum.response_to(torque) + searched().pendulum.white(1);
@@ -151,7 +151,8 @@ TEST_CASE("What is left out has no say in weights, nor in the largest torque", "
   CHECK(s.error(altered.remainder(basis), {s.torque(search.remainder(basis), 0)}) > 0.1);
 }
 
-TEST_CASE("A remainder gives no more torque than it was seen to give, a law three times that", "[remainder_search]") {
+TEST_CASE("A remainder gives no more torque than it was seen to give, a law three times that",
+          "[remainder_search][slow]") {
   const Searched& s = searched();
   const Eigen::VectorXd target = s.pendulum.response_to(concealed(0).second) + s.pendulum.white(4);
   RemainderSearch search = s.about(target, s.folds());
@@ -169,7 +170,7 @@ TEST_CASE("A remainder gives no more torque than it was seen to give, a law thre
   }
 }
 
-TEST_CASE("Nothing stands in for noise", "[remainder_search]") {
+TEST_CASE("Nothing stands in for noise", "[remainder_search][slow]") {
   for (std::uint64_t seed = 10; seed < 13; ++seed) {
     RemainderSearch search = searched().about(searched().pendulum.white(seed), searched().folds());
     CHECK(search.best().empty());

@@ -124,7 +124,7 @@ TEST_CASE("Of a linear machine the smoother is the conditional of all samples at
 }
 
 TEST_CASE("The torque's prior is the most likely of eight by the density of all samples at once",
-          "[diagnose][motion]") {
+          "[diagnose][motion][slow]") {
   const LinearMachine machine;
   for (const double strength : {0.0, 0.02, 0.5}) {
     CAPTURE(strength);

@@ -147,7 +147,8 @@ TEST_CASE("An effect of its own file is named in the round trip of the trial", "
   CHECK(scored.after < 1.1);
 }
 
-TEST_CASE("An effect of its own file is named in recordings of a machine that is written out", "[diagnose][effects]") {
+TEST_CASE("An effect of its own file is named in recordings of a machine that is written out",
+          "[diagnose][effects][slow]") {
   const AddedEffect<FadingTorque> added;
   const FadingTorque hidden{0.35, 0.3};
   const io_examples::Folder folder;

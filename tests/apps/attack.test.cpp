@@ -1,0 +1,180 @@
+// Faults that were found by attack, each as its user meets it: a clear line, the right exit code, and nothing lost.
+
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+
+#include "io/files.hpp"
+#include "io/folder.hpp"
+#include "support/command.hpp"
+#include "support/studies.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+using Catch::Contains;
+using io_examples::Folder;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string kPendulumSpec = (fs::path(BAYESCTRL_SOURCE_DIR) / "configs" / "real" / "dfki_pendulum.yaml").string();
+
+/// 3 s of a slide that oscillates, with columns t, q, u.
+void write_swing(const fs::path& file) {
+  std::ostringstream csv;
+  csv << "t,q,u\n";
+  for (int k = 0; k < 300; ++k) {
+    const double t = 0.01 * k;
+    csv << t << "," << std::sin(2.0 * t) + 1e-4 * std::sin(1e4 * k) << "," << -4.0 * std::sin(2.0 * t) << "\n";
+  }
+  write_file(file, csv.str());
+}
+
+std::string diagnosis_text(const std::string& name, const std::string& recording) {
+  return "name: " + name +
+         "\nmodel: {plant: mass, parameters: {mass: 1, friction: 0}}\n"
+         "signals: {time: t, position: q, input: u}\nrecordings: [" +
+         recording + "]\n";
+}
+
+void check_refused(const CommandResult& result, int status, const std::string& words) {
+  CAPTURE(result.out, result.err);
+  CHECK(result.status == status);
+  CHECK_THAT(result.err, Contains(words));
+  CHECK_THAT(result.err, !Contains("bug"));
+}
+
+}  // namespace
+
+TEST_CASE("A horizon that no recording holds is refused with those that are held", "[apps][attack]") {
+  const Folder folder;
+  const std::string out = folder.path() / "out";
+  for (const char* horizon : {"1e4", "1e-4"}) {
+    const CommandResult result =
+        bayesctrl_with({"diagnose", kPendulumSpec, "--set", std::string("horizon_s=") + horizon, "--out", out});
+    check_refused(result, 3, "horizon_s = ");
+    CHECK_THAT(result.err, Contains("recordings without a gap hold windows of"));
+  }
+  CHECK_FALSE(fs::exists(out));
+  write_swing(folder.path() / "run.csv");
+  write_file(folder.path() / "model.yaml",
+             "name: slide\nmodel: {plant: mass, parameters: {mass: 1, friction: 0}}\n"
+             "signals: {time: t, position: q, input: u}\n");
+  const std::string model = folder.path() / "model.yaml", input = folder.path() / "run.csv";
+  check_refused(bayesctrl_with({"simulate", model, "--input", input, "--horizon", "100"}), 3, "to 2.99 s");
+  CHECK(bayesctrl_with({"simulate", model, "--input", input, "--horizon", "2"}).status == 0);
+}
+
+TEST_CASE("A number that is none is no number of an option", "[apps][attack]") {
+  for (const char* number : {"nan", "inf", "-1", "0", "1e999", "two"}) {
+    CAPTURE(number);
+    CHECK(bayesctrl_with({"trial", "trial.yaml", "--scale", number}).status == 2);
+    CHECK(bayesctrl_with({"simulate", "model.yaml", "--horizon", number}).status == 2);
+  }
+}
+
+TEST_CASE("Several diagnoses are read before any is made, and none takes the place of another", "[apps][attack]") {
+  const Folder folder;
+  const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
+  write_swing(file("run.csv"));
+  write_file(file("a.yaml"), diagnosis_text("slide", "run.csv"));
+  write_file(file("b.yaml"), diagnosis_text("slide", "run.csv"));
+  write_file(file("broken.yaml"), diagnosis_text("other", "run.csv") + "horizon: 1\n");
+  write_file(file("lost.yaml"), diagnosis_text("lost", "nowhere.csv"));
+  const std::string out = file("out");
+  check_refused(bayesctrl_with({"diagnose", file("a.yaml"), file("b.yaml"), "--out", out}), 3,
+                "has the name 'slide' of");
+  check_refused(bayesctrl_with({"diagnose", file("a.yaml"), file("broken.yaml"), "--out", out}), 3, "horizon_s");
+  check_refused(bayesctrl_with({"diagnose", file("a.yaml"), file("lost.yaml"), "--out", out}), 3, "nowhere.csv");
+  CHECK_FALSE(fs::exists(out));
+}
+
+TEST_CASE("A quadrature of more steps than a run may have is refused", "[apps][attack]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "slide.yaml";
+  write_file(spec, slide_text());
+  check_refused(bayesctrl_with({"run", spec, "--set", "output.quadrature_step=1e-12", "--out", folder.path() / "out"}),
+                3, "steps, at most 1e+07");
+}
+
+TEST_CASE("An inertia that is nowhere positive is refused where it is written", "[apps][attack]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "custom.yaml";
+  write_swing(folder.path() / "run.csv");
+  for (const char* inertia : {"-1", "0", "-q^2 - 1", "m - 2"}) {
+    write_file(spec, "name: custom\nmodel: {plant: custom, parameters: {m: 1}, acceleration: [u],\n  inertia: [\"" +
+                         std::string(inertia) +
+                         "\"]}\nsignals: {time: t, position: q, input: u}\nrecordings: [run.csv]\n");
+    check_refused(bayesctrl_with({"validate", spec}), 3, "custom.yaml:3:13: inertia '" + std::string(inertia) + "'");
+  }
+}
+
+TEST_CASE("What is no file is no spec: devices, links in a circle, names that are too long", "[apps][attack]") {
+  const Folder folder;
+  check_refused(bayesctrl_with({"validate", "/dev/zero"}), 6, "is a device");
+  fs::create_symlink(folder.path() / "a.yaml", folder.path() / "b.yaml");
+  fs::create_symlink(folder.path() / "b.yaml", folder.path() / "a.yaml");
+  check_refused(bayesctrl_with({"validate", folder.path() / "a.yaml"}), 6, "a.yaml");
+  check_refused(bayesctrl_with({"validate", std::string(300, 'x')}), 6, "too long");
+  check_refused(bayesctrl_with({"report", std::string(300, 'x')}), 6, "too long");
+  write_file(folder.path() / "d.yaml", diagnosis_text("long", std::string(300, 'x')));
+  check_refused(bayesctrl_with({"diagnose", folder.path() / "d.yaml"}), 6, "too long");
+}
+
+TEST_CASE("A pipe into which nobody writes is given up", "[apps][attack][slow]") {
+  const Folder folder;
+  const std::string pipe = folder.path() / "pipe.yaml";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  check_refused(bayesctrl_with({"validate", pipe}), 6, "pipe into which nothing is written");
+}
+
+TEST_CASE("Results of another form are named, and are no bug", "[apps][attack]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "slide.yaml", out = folder.path() / "out", own = out + "/slide";
+  write_file(spec, slide_text());
+  REQUIRE(bayesctrl_with({"run", spec, "--out", out, "--quiet"}).status == 0);
+  for (const char* file : {"summary.json", "provenance.json"}) {
+    const std::string before = read_file(own + "/" + file, 10'000'000);
+    for (const char* text : {"[1, 2]", "{\"controllers\": 3}", "null", "\"text\""}) {
+      CAPTURE(file, text);
+      write_file(own + "/" + file, text);
+      for (const std::vector<std::string>& command : {std::vector<std::string>{"report", own},
+                                                      {"diff", own, own},
+                                                      {"run", spec, "--out", out, "--resume", "--quiet"}}) {
+        CAPTURE(command);
+        const CommandResult result = bayesctrl_with(command);
+        CHECK_THAT(result.err, !Contains("bug"));
+        CHECK((result.status == 0 || result.status == 1 || result.status == 3));
+      }
+    }
+    write_file(own + "/" + file, before);
+  }
+  write_file(folder.path() / "diagnosis.json", "[]");
+  check_refused(bayesctrl_with({"report", folder.path()}), 3, "diagnosis.json");
+}
+
+TEST_CASE("A run that fails says why, however quiet it is told to be", "[apps][attack]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "slide.yaml";
+  write_file(spec, slide_text());
+  const CommandResult result =
+      bayesctrl_with({"run", spec, "--out", folder.path() / "out", "--quiet", "--set", "model.parameters.mass=1e-300"});
+  CAPTURE(result.err);
+  CHECK((result.status == 4 || result.status == 5));
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, Contains("error: ") && Contains("slide, ") && Contains(": "));
+}
+
+TEST_CASE("A page that was not written before the end is written when the run is resumed", "[apps][attack]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "slide.yaml", out = folder.path() / "out";
+  write_file(spec, slide_text());
+  REQUIRE(bayesctrl_with({"run", spec, "--out", out, "--quiet"}).status == 0);
+  const std::string page = read_file(out + "/slide/report.html", 10'000'000);
+  fs::remove(out + "/slide/report.html");
+  REQUIRE(bayesctrl_with({"run", spec, "--out", out, "--quiet", "--resume"}).status == 0);
+  REQUIRE(fs::exists(out + "/slide/report.html"));
+  CHECK(read_file(out + "/slide/report.html", 10'000'000) == page);
+}
