@@ -77,6 +77,10 @@ void print_mismatch(const Mismatch& mismatch) {
 }
 
 void print_fit(const FitFigures& fit) {
+  if (fit.searched && *fit.searched < 0.9 * *fit.recorded) {
+    std::cout << "  searched in excerpts, " << format(*fit.searched, 3) << " s of " << format(*fit.recorded, 4)
+              << " s\n";
+  }
   const auto number = [](const std::optional<double>& value) { return value ? format(*value, 4) : "-"; };
   for (const auto& [set, errors] : {std::pair{"train", &fit.train}, {"held_out", &fit.held_out}}) {
     if (!errors->before) continue;

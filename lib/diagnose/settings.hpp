@@ -15,6 +15,9 @@ struct RecordingSettings {
   double least_duration = 1.0;
   double least_samples = 60.0;
   double least_motion = 5.0;
+  double searched = 90.0;
+  double excerpt = 10.0;
+  double compared = 180.0;
 
   static void fields(auto& self, auto&& field) {
     field("gap_periods", self.gap_periods,
@@ -27,6 +30,11 @@ struct RecordingSettings {
           {kPositive, "samples", "of all recordings together: less is too_little_data"});
     field("least_motion", self.least_motion,
           {kPositive, "noise, RMS", "a joint has to move by that much, else nothing can be learnt"});
+    field("searched", self.searched,
+          {kPositive, "s", "of all recordings together: of more, excerpts of that much are searched"});
+    field("excerpt", self.excerpt, {kPositive, "s", "of each, evenly spread"});
+    field("compared", self.compared,
+          {kPositive, "s", "of longer recordings the free runs of the fit are made in excerpts"});
   }
 };
 
@@ -162,6 +170,7 @@ struct SearchSettings {
   int kept_findings = 100;
   int beam = 40;
   int most_columns = 9;
+  double most_frequencies = 1500.0;
   double sensor_prior = 0.2;
   int fitted_findings = 8;
   int neighbours = 6;
@@ -196,6 +205,9 @@ struct SearchSettings {
     field("kept_findings", self.kept_findings, {kPositive, "", "pairs, and triples, that the screen returns"});
     field("beam", self.beam, {kPositive, "", "pairs that it extends to triples"});
     field("most_columns", self.most_columns, {kPositive, "", "of one set in the screen"});
+    field("most_frequencies", self.most_frequencies,
+          {kPositive, "",
+           "of a periodic disturbance that are tried: of more, those that are strongest in the missing torque"});
     field("sensor_prior", self.sensor_prior,
           {kPositive, "rad, and part of a scale", "prior standard deviation of a sensor's offset and scale"});
     field("fitted_findings", self.fitted_findings, {kPositive, "", "of the screen, at least"});
@@ -247,6 +259,7 @@ struct DiscrepancySettings {
   int past_rbfs = 12;
   double time_step = 0.1;
   double slow_time_step = 3.0;
+  double most_times = 400.0;
   double change_step = 0.25;
   int relays = 12;
   double slowest_swing = 4.0;
@@ -283,6 +296,7 @@ struct DiscrepancySettings {
     field("past_rbfs", self.past_rbfs, {kPositive, "", "along what is remembered, for each time constant"});
     field("time_step", self.time_step, {kPositive, "s", "between centres in the time that all recordings share"});
     field("slow_time_step", self.slow_time_step, {kPositive, "s", "between centres in the time of one recording"});
+    field("most_times", self.most_times, {kPositive, "", "centres in time at most"});
     field("change_step", self.change_step,
           {kPositive, "s", "between centres in time of what changes a gain or a drag"});
     field("relays", self.relays, {kPositive, "", "along the positions"});

@@ -178,3 +178,31 @@ TEST_CASE("A page that was not written before the end is written when the run is
   REQUIRE(fs::exists(out + "/slide/report.html"));
   CHECK(read_file(out + "/slide/report.html", 10'000'000) == page);
 }
+
+TEST_CASE("A recording that is none is told what it is", "[apps][attack]") {
+  const Folder folder;
+  const fs::path run = folder.path() / "run.csv";
+  write_swing(run);
+  const std::string good = read_file(run, 1'000'000), spec = folder.path() / "a.yaml";
+  write_file(spec, diagnosis_text("slide", "run.csv"));
+  const auto diagnosed = [&](const std::string& csv) {
+    write_file(run, csv);
+    return bayesctrl_with({"diagnose", spec, "--out", folder.path() / "out", "--no-report"});
+  };
+  std::string carriage = good, wide = "\xFF\xFE", still = "t,q,u\n", slow = "t,q,u\n";
+  for (char& c : carriage) c = c == '\n' ? '\r' : c;
+  for (const char c : good) wide += std::string(1, c) + '\0';
+  for (int k = 0; k < 300; ++k) {
+    const std::string values = "," + std::to_string(std::sin(0.02 * k)) + ",1\n";
+    still += std::to_string(k / 100) + values;
+    slow += std::to_string(10 * k) + values;
+  }
+  CHECK(diagnosed(good).status == 0);
+  CHECK(diagnosed(carriage).status == 0);
+  check_refused(diagnosed(wide), 3, "UTF-16");
+  check_refused(diagnosed(good.substr(0, 900) + std::string(50, '\0')), 3, "holds a byte 0");
+  check_refused(diagnosed(still), 3, "only 3 of 300 rows have a time of their own");
+  CHECK_THAT(diagnosed(slow).out, Contains("milliseconds"));
+  write_file(spec, diagnosis_text("slide", "''"));
+  check_refused(bayesctrl_with({"diagnose", spec}), 3, "file is empty");
+}

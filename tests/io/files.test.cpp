@@ -139,7 +139,9 @@ TEST_CASE("reading is bounded and says what failed", "[io]") {
   write_file(path, "12345");
   CHECK(read_file(path, 5) == "12345");
   CHECK(error_of<DataError>([&] { read_file(path, 4); }) == path.string() + ": has more than 4 bytes");
-  CHECK(error_of<DataError>([&] { read_file("/dev/zero", 100'000); }) == "/dev/zero: has more than 100000 bytes");
+  write_file(path, std::string(300'000, 'x'));
+  CHECK(error_of<DataError>([&] { read_file(path, 100'000); }) == path.string() + ": has more than 100000 bytes");
+  CHECK(error_of<IoError>([&] { read_file("/dev/zero", 100'000); }) == "/dev/zero: is a device, not a file");
   CHECK(error_of<IoError>([&] { read_file(folder.path(), 4); }) == folder.path().string() + ": Is a directory");
   CHECK(error_of<IoError>([&] { read_file("/nowhere/file", 4); }) == "/nowhere/file: No such file or directory");
 }

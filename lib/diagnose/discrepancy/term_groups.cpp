@@ -48,13 +48,17 @@ Terms input_terms(const OperatingRange& s, int joint) {
   return list;
 }
 
+/// Centres that are `step` seconds apart, or further where they would be too many.
+int times_in(double duration, double step, int least) {
+  return std::max(least, static_cast<int>(std::min(duration / step, kSettings.discrepancy.most_times)));
+}
+
 /// Quick in what all recordings share, slow in each one alone.
 Terms time_terms(const OperatingRange& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  Terms list =
-      rbfs<RbfTime>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kSettings.discrepancy.time_step)));
+  Terms list = rbfs<RbfTime>(joint, 0.0, longest, times_in(longest, kSettings.discrepancy.time_step, 4));
   for (std::size_t r = 0; r < s.durations.size(); ++r) {
-    const int count = std::max(2, static_cast<int>(s.durations[r] / kSettings.discrepancy.slow_time_step) + 1);
+    const int count = 1 + times_in(s.durations[r], kSettings.discrepancy.slow_time_step, 1);
     Terms slow = rbfs<RbfTime>(joint, 0.0, s.durations[r], count);
     for (Term& term : slow) term.recording = static_cast<int>(r);
     append(list, slow);
@@ -66,7 +70,7 @@ Terms time_terms(const OperatingRange& s, int joint) {
 template <class B>
 Terms changing_terms(const OperatingRange& s, int joint) {
   const double longest = *std::max_element(s.durations.begin(), s.durations.end());
-  return rbfs<B>(joint, 0.0, longest, std::max(4, static_cast<int>(longest / kSettings.discrepancy.change_step)));
+  return rbfs<B>(joint, 0.0, longest, times_in(longest, kSettings.discrepancy.change_step, 4));
 }
 
 /// With several time constants. `more`: the other parameters.

@@ -155,6 +155,41 @@ std::vector<Measured> decimated(const std::vector<Measured>& data, double rate) 
   return result;
 }
 
+double recorded_seconds(const std::vector<Measured>& data) {
+  double sum = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    for (const Segment& stretch : stretches(data[r], r))
+      sum += data[r].time[stretch.last] - data[r].time[stretch.first];
+  }
+  return sum;
+}
+
+std::vector<Measured> excerpts(const std::vector<Measured>& data, double seconds, double length) {
+  const double all = recorded_seconds(data);
+  if (all <= seconds) return data;
+  constexpr double kShortest = 4.0;  // s, where there are many recordings
+  length = std::min(length, std::max(kShortest, seconds / static_cast<double>(data.size())));
+  const double every = all * std::min(1.0, length / seconds);  // seconds from the beginning of one to that of the next
+  std::vector<Measured> result;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const Measured& m = data[r];
+    double passed = 0.0;  // gaps left out
+    std::vector<Eigen::Index> kept;
+    for (const Segment& stretch : stretches(m, r)) {
+      for (std::size_t k = stretch.first; k <= stretch.last; ++k) {
+        const bool within = std::fmod(passed + m.time[k] - m.time[stretch.first], every) <= length;
+        if (within || k == 0 || k + 1 == m.samples()) kept.push_back(static_cast<Eigen::Index>(k));
+      }
+      passed += m.time[stretch.last] - m.time[stretch.first];
+    }
+    Measured& less = result.emplace_back(Measured{m.name, {}, {}, {}, m.start, m.linear_hold});
+    for (const Eigen::Index k : kept) less.time.push_back(m.time[static_cast<std::size_t>(k)]);
+    less.position = m.position(kept, Eigen::all);
+    less.input = m.input(kept, Eigen::all);
+  }
+  return result;
+}
+
 double quantum(const Eigen::VectorXd& values) {
   std::vector<double> sorted(values.begin(), values.end());
   std::sort(sorted.begin(), sorted.end());

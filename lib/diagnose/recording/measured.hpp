@@ -56,6 +56,14 @@ double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& 
 /// sampling. Recordings sampled at less than twice `rate` (Hz) stay as they are.
 std::vector<Measured> decimated(const std::vector<Measured>& data, double rate);
 
+/// Of more than `seconds` of samples without a gap, excerpts of `length` seconds and of about that much in all, evenly
+/// spread; what lies between them is a gap. Each recording begins with one, and its last sample stays: so does its
+/// duration. Of many recordings they are shorter.
+std::vector<Measured> excerpts(const std::vector<Measured>& data, double seconds, double length);
+
+/// Seconds of samples without a gap.
+double recorded_seconds(const std::vector<Measured>& data);
+
 /// Smallest step between different values, where most values repeat; 0 for values that are not quantised.
 double quantum(const Eigen::VectorXd& values);
 

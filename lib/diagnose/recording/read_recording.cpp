@@ -97,12 +97,21 @@ std::vector<double> values_of(const DataTable& table, const Signal& signal, cons
 
 DataTable parse_data_csv(std::string_view text, const std::string& file) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw DataError({file}, "is text in UTF-16: save it as UTF-8, or as plain CSV");
+  }
+  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(nul), '\n');
+    throw DataError({file, static_cast<int>(line)},
+                    "holds a byte 0: it is no text, or was cut off while it was written");
+  }
+  const char newline = text.find('\n') == std::string_view::npos ? '\r' : '\n';  // once of the Macintosh
   DataTable table;
   char separator = ',';
   int line_number = 0;
   std::size_t width = 0;
   for (std::size_t from = 0; from < text.size();) {
-    std::size_t end = text.find('\n', from);
+    std::size_t end = text.find(newline, from);
     if (end == std::string_view::npos) end = text.size();
     std::string_view line = text.substr(from, end - from);
     from = end + 1;
@@ -244,6 +253,11 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     if (file.to && time[i] > *file.to) continue;
     if (!kept.empty() && time[i] == time[kept.back()]) continue;
     kept.push_back(i);
+  }
+  if (const auto chosen = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), true));
+      2 * kept.size() < chosen && chosen >= std::size_t{kSettings.recording.fewest_samples}) {
+    throw DataError({path}, "only " + std::to_string(kept.size()) + " of " + std::to_string(chosen) +
+                                " rows have a time of their own: the column stands still, or is too coarse");
   }
   if (kept.size() < std::size_t{kSettings.recording.fewest_samples}) {
     throw DataError({path}, "only " + std::to_string(kept.size()) + " samples" +

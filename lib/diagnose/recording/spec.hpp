@@ -80,7 +80,10 @@ struct RecordingFile {
     field("to", self.to, {kAny, "s", "rows after this time are left out"});
     field("simulation", self.simulation_name, {.text = "what the user's own simulator said, with the same columns"});
   }
-  std::string problem() const { return from && to && *from >= *to ? "from must be before to" : ""; }
+  std::string problem() const {
+    if (name.empty()) return "file is empty: it names a CSV or MAT file";
+    return from && to && *from >= *to ? "from must be before to" : "";
+  }
 };
 
 /// Effects of the catalogue by their place in it; in specs a list of names.

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
+#include "diagnose/motion/spectrum.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
+#include "physics/effects/periodic_disturbance.hpp"
 
 namespace bayesctrl {
 
@@ -16,6 +19,20 @@ constexpr Eigen::Index kBatch = 64;
 using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kSettings.search.most_columns,
                             kSettings.search.most_columns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSettings.search.most_columns, 1>;
+
+/// With the strongest frequencies alone where recordings are so long that there are too many to try.
+OperatingRange searched_range(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint) {
+  constexpr double kCoherent = 7200.0;  // s, over which a disturbance may keep its phase
+  OperatingRange range = operating_range(data, paths, joint);
+  const double longest = *std::max_element(range.durations.begin(), range.durations.end());
+  const double step = PeriodicDisturbance::resolution(std::min(longest, kCoherent));
+  const double highest = std::min(0.9 * std::numbers::pi / range.period, PeriodicDisturbance::kHighest);
+  if (highest / step > kSettings.search.most_frequencies) {
+    range.lines = strongest_frequencies(data, paths, joint, step, highest,
+                                        static_cast<std::size_t>(kSettings.search.most_frequencies));
+  }
+  return range;
+}
 
 bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
 
@@ -168,7 +185,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
   Dictionary dictionary;
   std::vector<Effect> members;
   for (int joint = 0; joint < n; ++joint) {
-    const OperatingRange region = operating_range(data, forcing.paths(), joint);
+    const OperatingRange region = searched_range(data, forcing.paths(), joint);
     for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
       if (std::find(allowed.begin(), allowed.end(), kind) == allowed.end()) continue;
       Suspect suspect{kind, joint, {}};

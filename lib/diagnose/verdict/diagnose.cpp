@@ -39,7 +39,12 @@ std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd&
     }
   }
   if (most < kSettings.recording.least_motion) return "the machine never moves beyond its sensor's noise";
-  if (windows(data, kSettings.motion.segment).empty()) return "no stretch of a second without a gap";
+  if (windows(data, kSettings.motion.segment).empty()) {
+    const double period = shortest_sample_period(data);
+    const bool milliseconds = period > 0.5;  // no mechanics is sampled that slowly
+    return milliseconds ? "samples are " + format(period, 3) + " s apart: is the time in milliseconds (scale: 0.001)?"
+                        : "no stretch of a second without a gap";
+  }
   return "";
 }
 
@@ -265,7 +270,12 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
                  Diagnosed& result) {
   Diagnosis& diagnosis = result.diagnosis;
   const ExplainOptions options = search_options(spec, recordings, noise);
-  const std::vector<Measured> data = decimated(recordings, kSettings.motion.samples_per_period * options.fastest_mode);
+  const std::vector<Measured> data =
+      decimated(excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt),
+                kSettings.motion.samples_per_period * options.fastest_mode);
+  const auto compared = [](const std::vector<Measured>& all) {
+    return excerpts(all, kSettings.recording.compared, kSettings.recording.excerpt);
+  };
   const Search found = search(spec, data, options, stage);
   stage(60, "testing what they leave");
   const AsGiven given = nominal_as_given(found);
@@ -274,13 +284,15 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
 
   stage(80, "simulating the recordings");
   const Models models = models_of(found, judgement);
-  diagnosis.fit.train = compare(models, found, recordings, false, diagnosis.units, result.runs);
+  diagnosis.fit.recorded = recorded_seconds(recordings);
+  diagnosis.fit.searched = recorded_seconds(data);
+  diagnosis.fit.train = compare(models, found, compared(recordings), false, diagnosis.units, result.runs);
   stage(88, "planning the next experiment");
   diagnosis.residual = test_residuals(found, given);
   diagnosis.next_experiment = propose(found.nominal, found.explanation, data, diagnosis.units);
   if (!held_out.empty()) {
     stage(94, "simulating held-out recordings");
-    diagnosis.fit.held_out = compare(models, found, held_out, true, diagnosis.units, result.runs);
+    diagnosis.fit.held_out = compare(models, found, compared(held_out), true, diagnosis.units, result.runs);
   }
   result.missing_torque = torque_table(data, found.smoothed, diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit);

@@ -175,12 +175,15 @@ struct FitFigures {
   std::string unit = "rad";
   double horizon = 1.0;
   double noise_floor = 0.0;
+  std::optional<double> recorded, searched;
   FitErrors train, held_out;
 
   static void fields(auto& self, auto&& field) {
     field("unit", self.unit, detail::told("of all errors"));
     field("horizon_s", self.horizon, detail::told("of each free run", "s"));
     field("noise_floor", self.noise_floor, detail::told("standard deviation of the sensor"));
+    field("recorded_s", self.recorded, {.unit = "s", .text = "of the recordings, gaps left out"});
+    field("searched_s", self.searched, {.unit = "s", .text = "of these, excerpts in which explanations were searched"});
     field("train", self.train, detail::told("recordings that were explained"));
     field("held_out", self.held_out, detail::told("recordings that were held out"));
   }

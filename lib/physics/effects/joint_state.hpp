@@ -33,6 +33,7 @@ struct OperatingRange {
   double period = 0.01;                // s between samples
   std::vector<double> durations;       // s, of each recording
   int joints = 1;                      // of the machine
+  std::vector<double> lines;           // rad/s, at which most is missing, where not every frequency can be tried
 };
 
 /// A family of effects that is linear in coefficients: sum of coefficient * member. With `sign` 1 a coefficient cannot

@@ -191,3 +191,41 @@ TEST_CASE("A recording of whole windows is used to its last sample", "[diagnose]
   CHECK(count(155) == 2);
   CHECK(count(45) == 0);
 }
+
+TEST_CASE("Excerpts of long recordings are as long as asked, evenly spread, and keep time and duration", "[diagnose]") {
+  RandomStream random(11);
+  const double gaps = GENERATE(0.0, 0.01);
+  std::vector<Measured> data;
+  for (const int samples : {4000, 11000, 700}) data.push_back(smooth(sample_times(random, samples, 0.01, 0.2, gaps)));
+  const double all = recorded_seconds(data);
+  CHECK(excerpts(data, all + 1.0, 10.0)[1].time == data[1].time);
+  const double asked = GENERATE(20.0, 50.0, 100.0);
+  const std::vector<Measured> less = excerpts(data, asked, 5.0);
+  REQUIRE(less.size() == data.size());
+  CHECK(recorded_seconds(less) > asked - 5.0);
+  CHECK(recorded_seconds(less) < asked + 3.0 * 5.0);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    CHECK(less[r].time.front() == data[r].time.front());
+    CHECK(less[r].time.back() == data[r].time.back());
+    CHECK(recorded_seconds({less[r]}) > 4.9);
+    const double share = recorded_seconds({less[r]}) / recorded_seconds({data[r]});
+    if (r < 2) CHECK(share == Approx(asked / all).margin(0.25));
+    for (std::size_t k = 0, from = 0; k < less[r].samples(); ++k) {  // the rows of these times
+      while (data[r].time[from] < less[r].time[k]) ++from;
+      REQUIRE(data[r].time[from] == less[r].time[k]);
+      CHECK(less[r].position.row(static_cast<Eigen::Index>(k)) ==
+            data[r].position.row(static_cast<Eigen::Index>(from)));
+    }
+  }
+}
+
+TEST_CASE("There is no window longer than every stretch or shorter than a few samples, and the range is said",
+          "[diagnose]") {
+  std::vector<double> time;
+  for (int k = 0; k < 200; ++k) time.push_back(0.01 * k + (k < 120 ? 0.0 : 5.0));
+  const std::vector<Measured> data{smooth(time)};
+  for (const double length : {0.1, 1.0, 1.19}) CHECK(no_window(data, length).empty());
+  for (const double length : {0.03, 3.0, 1e9}) {
+    CHECK_THAT(no_window(data, length), Catch::Contains("windows of 0.08 to 1.19 s"));
+  }
+}
