@@ -206,3 +206,18 @@ TEST_CASE("A recording that is none is told what it is", "[apps][attack]") {
   write_file(spec, diagnosis_text("slide", "''"));
   check_refused(bayesctrl_with({"diagnose", spec}), 3, "file is empty");
 }
+
+TEST_CASE("A recording that is given twice, or copied, is not counted twice", "[apps][attack]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "a.yaml";
+  write_swing(folder.path() / "run.csv");
+  write_swing(folder.path() / "copy.csv");
+  const auto given = [&](const std::string& recordings) {
+    write_file(spec, diagnosis_text("slide", recordings));
+    return bayesctrl_with({"diagnose", spec, "--out", folder.path() / "out", "--no-report"});
+  };
+  check_refused(given("run.csv, run.csv"), 3, "a.yaml:4:23: 'run.csv' is there already");
+  check_refused(given("run.csv, {file: run.csv, from: 2.5}"), 3, "is there already");
+  check_refused(given("run.csv, copy.csv"), 3, "'copy.csv' holds the samples of 'run.csv'");
+  CHECK(given("{file: run.csv, to: 1.4}, {file: run.csv, from: 1.5}").status == 0);
+}

@@ -162,6 +162,14 @@ DiagnosisSpec read_diagnosis_spec(const Node& root) {
   resolve(spec.recordings, folder);
   resolve(spec.held_out, folder);
   if (spec.recordings.empty()) throw SpecError(root.find("recordings")->value.where, "recordings is empty");
+  for (std::size_t i = 0; i < spec.recordings.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const RecordingFile &again = spec.recordings[i], &first = spec.recordings[k];
+      if (!overlap(again, first)) continue;
+      throw SpecError(again.where,
+                      "'" + again.name + "' is there already: what is counted twice looks twice as certain");
+    }
+  }
   for (const RecordingFile& test : spec.held_out) {
     for (const RecordingFile& train : spec.recordings) {
       if (overlap(test, train)) {

@@ -54,6 +54,18 @@ std::vector<Measured> read_all(const std::vector<RecordingFile>& files, const Si
   return data;
 }
 
+/// A copy of a recording tells nothing new, and would make everything look more certain than it is.
+void require_different(const DiagnosisSpec& spec, const std::vector<Measured>& data) {
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (data[i].time != data[k].time || data[i].position != data[k].position || data[i].input != data[k].input)
+        continue;
+      throw SpecError(spec.recordings[i].where, "'" + spec.recordings[i].name + "' holds the samples of '" +
+                                                    spec.recordings[k].name + "': leave one of them out");
+    }
+  }
+}
+
 /// Measured against the user's own simulations.
 Mismatch compare_simulations(const DiagnosisSpec& spec, const std::vector<Measured>& data,
                              const Eigen::VectorXd& noise) {
@@ -305,6 +317,7 @@ Diagnosed diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
   const auto begun = std::chrono::steady_clock::now();
   Diagnosed result{blank(spec), {}, {}, {}};
   const std::vector<Measured> recordings = read_all(spec.recordings, spec.signals);
+  require_different(spec, recordings);
   const Eigen::VectorXd noise = noise_level(recordings);
   if (can_be_explained(spec, recordings, noise, result.diagnosis)) {
     const std::vector<Measured> held_out = read_all(spec.held_out, spec.signals);  // what is wrong there is said now
