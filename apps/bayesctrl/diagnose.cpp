@@ -162,8 +162,7 @@ std::vector<Asked> read_all(const DiagnoseCommand& command) {
 }  // namespace
 
 void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
-  using Command = DiagnoseCommand;
-  auto command = std::make_shared<Command>();
+  auto command = std::make_shared<DiagnoseCommand>();
   CLI::App* sub = app.add_subcommand(
       "diagnose",
       "Say whether, where and why recordings of a real machine differ from its model, and correct the model");

@@ -16,6 +16,7 @@
 #include "experiment/write.hpp"
 #include "io/files.hpp"
 #include "io/node.hpp"
+#include "report/read.hpp"
 #include "report/report.hpp"
 #include "terminal/plot.hpp"
 #include "terminal/progress.hpp"
@@ -150,11 +151,12 @@ std::string plots_of(const StudyOutcome& outcome) {
 /// Of each run that failed, which it was and why.
 void print_reasons(const Tally& tally) {
   for (const auto& [folder, table] : tally.tables) {
-    const Column *controller = table.find("controller"), *status = table.find("status"), *reason = table.find("reason");
+    const auto column = [&](const char* name) { return texts(table, name, folder.string()); };
+    const std::vector<std::string> controllers = column("controller"), statuses = column("status");
+    const std::vector<std::string> reasons = column("reason");
     for (std::size_t row = 0; row < table.rows(); ++row) {
-      if (status->at(row) == Cell(std::string(to_name(RunStatus::ok)))) continue;
-      std::cerr << "error: " << folder.string() << ", " << std::get<std::string>(controller->at(row)) << ": "
-                << std::get<std::string>(reason->at(row)) << "\n";
+      if (statuses[row] == to_name(RunStatus::ok)) continue;
+      std::cerr << "error: " << folder.string() << ", " << controllers[row] << ": " << reasons[row] << "\n";
     }
   }
 }

@@ -22,6 +22,12 @@ const EffectLaw& law_of(const void* type) {
   throw std::invalid_argument("an effect that is not in the catalogue");
 }
 
+std::vector<double> multiples(double step, double highest) {
+  std::vector<double> values;
+  for (double value = 2.0 * step; value < highest; value += step) values.push_back(value);
+  return values;
+}
+
 EffectForm::EffectForm() : EffectForm(declared_effect(0)) {}
 
 std::size_t EffectForm::index() const {

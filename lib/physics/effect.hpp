@@ -45,9 +45,19 @@ struct EffectShape {
   std::function<EffectForm(std::span<const double>)> combined;  // from a coefficient for each member
 };
 
+/// What is to be known of a type of effect without one of its effects.
+struct EffectTraits {
+  const void* type;  // effect_type_of its struct
+  std::string_view name, equation, text;
+  EffectRoles roles;
+  int hidden_count;       // numbers of its hidden state
+  int least_joints;       // that a machine must have for it to act
+  std::string_view jump;  // of a timed effect: the parameter that says by how much
+};
+
 /// One type of effect, as its file in effects/ declares it (LawOf, effect_law.hpp); its functions take an effect of
 /// this type. What a type is not made for gives 0 or nothing.
-class EffectLaw {
+class EffectLaw : public EffectTraits {
  public:
   using FieldVisitor = std::function<void(std::string_view name, double& value, const Info& info)>;
   using Uniform = std::function<double(double low, double high)>;
@@ -55,13 +65,6 @@ class EffectLaw {
   virtual ~EffectLaw() = default;
   EffectLaw(const EffectLaw&) = delete;
   EffectLaw& operator=(const EffectLaw&) = delete;
-
-  const void* const type;  // effect_type_of its struct
-  const std::string_view name, equation, text;
-  const EffectRoles roles;
-  const int hidden_count;       // numbers of its hidden state
-  const int least_joints;       // that a machine must have for it to act
-  const std::string_view jump;  // of a timed effect: the parameter that says by how much
 
   virtual double torque_at(const EffectForm& form, const JointState& joint) const = 0;
   virtual double sliding(const EffectForm& form, const JointState& joint) const = 0;
@@ -101,16 +104,7 @@ class EffectLaw {
   virtual std::optional<EffectForm> equivalent_of(const EffectForm& other) const = 0;
 
  protected:
-  EffectLaw(const void* its_type, std::string_view its_name, std::string_view its_equation, std::string_view its_text,
-            EffectRoles its_roles, int its_hidden_count, int its_least_joints, std::string_view its_jump)
-      : type(its_type),
-        name(its_name),
-        equation(its_equation),
-        text(its_text),
-        roles(its_roles),
-        hidden_count(its_hidden_count),
-        least_joints(its_least_joints),
-        jump(its_jump) {}
+  explicit EffectLaw(const EffectTraits& traits) : EffectTraits(traits) {}
 };
 
 /// Its address tells the structs of effects apart.

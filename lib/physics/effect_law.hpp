@@ -161,8 +161,8 @@ class LawOf final : public EffectLaw {
 
  public:
   LawOf()
-      : EffectLaw(&effect_type_of<E>, E::kName, E::kEquation, E::kText, roles_of<E>(), numbers(), joints_needed(),
-                  jump_of()) {}
+      : EffectLaw({&effect_type_of<E>, E::kName, E::kEquation, E::kText, roles_of<E>(), numbers(), joints_needed(),
+                   jump_of()}) {}
 
   double torque_at(const EffectForm& form, const JointState& joint) const override {
     if constexpr (TorqueEffect<E>) return in(form).torque_at(joint);

@@ -60,7 +60,10 @@ std::vector<double> strongest_frequencies(const std::vector<Measured>& data, con
   peaks.resize(std::min(count, peaks.size()));
   std::ranges::sort(peaks);
   std::vector<double> list;
-  for (const std::size_t i : peaks) list.push_back(step * static_cast<double>(i));
+  for (const std::size_t i : peaks) {
+    if (const double frequency = step * static_cast<double>(i); i >= 2 && frequency < highest)
+      list.push_back(frequency);
+  }
   return list;
 }
 

@@ -67,7 +67,7 @@ std::string no_window(const std::vector<Measured>& data, double length) {
   if (!windows(data, length).empty()) return "";
   double longest = 0.0, shortest = kInfinity;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    shortest = std::min(shortest, 8.0 * sample_period(data[r].time));
+    shortest = std::min(shortest, kFewestInWindow * sample_period(data[r].time));
     for (const Segment& stretch : stretches(data[r], r)) {
       longest = std::max(longest, data[r].time[stretch.last] - data[r].time[stretch.first]);
     }

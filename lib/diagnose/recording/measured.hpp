@@ -37,9 +37,11 @@ double shortest_sample_period(const std::vector<Measured>& data);
 /// Runs of samples without a gap longer than eight sample periods.
 std::vector<Segment> stretches(const Measured& measured, std::size_t recording);
 
+inline constexpr std::size_t kFewestInWindow = 8;  // samples
+
 /// Windows of `length` seconds laid back to back from the first sample of each stretch; a last one of less than half
 /// the length is dropped, as is one of fewer than `least` samples.
-std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least = 8);
+std::vector<Segment> windows(const std::vector<Measured>& data, double length, std::size_t least = kFewestInWindow);
 
 /// Why there is no window of `length` seconds, with the lengths of which there are some; empty where there is one.
 std::string no_window(const std::vector<Measured>& data, double length);

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "diagnose/motion/spectrum.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
-#include "physics/effects/periodic_disturbance.hpp"
 
 namespace bayesctrl {
 
@@ -20,17 +18,15 @@ using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMa
                             kSettings.search.most_columns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSettings.search.most_columns, 1>;
 
-/// With the strongest frequencies alone where recordings are so long that there are too many to try.
+/// Of too many frequencies those that are strongest in the missing torque are tried.
 OperatingRange searched_range(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint) {
-  constexpr double kCoherent = 7200.0;  // s, over which a disturbance may keep its phase
   OperatingRange range = operating_range(data, paths, joint);
-  const double longest = *std::max_element(range.durations.begin(), range.durations.end());
-  const double step = PeriodicDisturbance::resolution(std::min(longest, kCoherent));
-  const double highest = std::min(0.9 * std::numbers::pi / range.period, PeriodicDisturbance::kHighest);
-  if (highest / step > kSettings.search.most_frequencies) {
-    range.lines = strongest_frequencies(data, paths, joint, step, highest,
-                                        static_cast<std::size_t>(kSettings.search.most_frequencies));
-  }
+  range.frequencies = [&data, &paths, joint](double step, double highest) {
+    constexpr double kMost = kSettings.search.most_frequencies;
+    return highest / step > kMost
+               ? strongest_frequencies(data, paths, joint, step, highest, static_cast<std::size_t>(kMost))
+               : multiples(step, highest);
+  };
   return range;
 }
 

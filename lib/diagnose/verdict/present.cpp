@@ -73,7 +73,7 @@ ResidualFigures shown(const ResidualTests& tests, const std::vector<Measured>& d
 }
 
 std::string equation(const Effect& effect, int joints) {
-  std::string text = std::string(effect.form.law().equation);
+  std::string text(effect.form.law().equation);
   for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{')) {
     const std::size_t close = text.find('}', open);
     const double value = parameter(effect.form, text.substr(open + 1, close - open - 1));

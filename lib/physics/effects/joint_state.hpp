@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <string>
@@ -25,6 +26,9 @@ struct JointState {
 /// The joint that one of several is coupled to: the next or, for the last, the one before.
 inline int neighbour_of(int joint, int joints) { return joint + 1 < joints ? joint + 1 : joints > 1 ? joint - 1 : 0; }
 
+/// 2 step, 3 step, ... below `highest`.
+std::vector<double> multiples(double step, double highest);
+
 /// The region that recordings visit in one joint: where the parameters of an effect can be looked for.
 struct OperatingRange {
   double lowest = 0.0, highest = 0.0;  // position
@@ -33,7 +37,10 @@ struct OperatingRange {
   double period = 0.01;                // s between samples
   std::vector<double> durations;       // s, of each recording
   int joints = 1;                      // of the machine
-  std::vector<double> lines;           // rad/s, at which most is missing, where not every frequency can be tried
+
+  /// Frequencies (rad/s) that are worth trying between 2 `step` and `highest`: the multiples of `step`, or where these
+  /// are too many the strongest in what is missing.
+  std::function<std::vector<double>(double step, double highest)> frequencies = multiples;
 };
 
 /// A family of effects that is linear in coefficients: sum of coefficient * member. With `sign` 1 a coefficient cannot

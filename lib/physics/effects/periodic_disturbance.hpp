@@ -35,23 +35,19 @@ struct PeriodicDisturbance {
   double torque_at(const JointState& s) const { return amplitude * std::sin(frequency * s.time + phase); }
 
   /// Neighbouring frequencies differ by less than a radian and a half of phase over the longest recording.
-  static double resolution(double longest) { return 1.6 / longest; }
-
   static std::vector<Shape<PeriodicDisturbance>> shapes(const OperatingRange& s) {
     std::vector<Shape<PeriodicDisturbance>> list;
-    const double step = resolution(*std::max_element(s.durations.begin(), s.durations.end()));
-    const double last = std::min(0.9 * std::numbers::pi / s.period, kHighest);
-    const auto add = [&](double tried) { list.push_back({{{1.0, tried, 0.0}, {1.0, tried, std::numbers::pi / 2.0}}}); };
-    for (const double line : s.lines) {
-      if (line >= 2.0 * step && line < last) add(line);
+    const double step = 1.6 / std::min(*std::max_element(s.durations.begin(), s.durations.end()), kCoherent);
+    for (const double tried : s.frequencies(step, std::min(0.9 * std::numbers::pi / s.period, kHighest))) {
+      list.push_back({{{1.0, tried, 0.0}, {1.0, tried, std::numbers::pi / 2.0}}});
     }
-    for (double tried = 2.0 * step; s.lines.empty() && tried < last; tried += step) add(tried);
     return list;
   }
   static PeriodicDisturbance combined(const Shape<PeriodicDisturbance>& shape, std::span<const double> c) {
     return {std::hypot(c[0], c[1]), shape.members[0].frequency, std::atan2(c[1], c[0])};
   }
-  static constexpr double kHighest = 60.0;  // rad/s, of the shapes
+  static constexpr double kHighest = 60.0;     // rad/s, of the shapes
+  static constexpr double kCoherent = 7200.0;  // s, over which a disturbance may keep its phase
   static PeriodicDisturbance drawn(auto&& uniform, const DrawScales& s) {
     return {s.strength * s.torque, uniform(3.0, 30.0), uniform(0.0, 2.0 * std::numbers::pi)};
   }

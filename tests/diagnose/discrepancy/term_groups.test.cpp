@@ -20,7 +20,7 @@ constexpr double kStep = 0.01;  // s
 
 /// Of two joints that swing differently, in two recordings of 6 s and 4 s.
 OperatingRange range_of(int joint, double input) {
-  return {kLow[joint], kHigh[joint], kSpeed[joint], input, kStep, {6.0, 4.0}, 2, {}};
+  return {kLow[joint], kHigh[joint], kSpeed[joint], input, kStep, {6.0, 4.0}, 2};
 }
 
 std::vector<Trajectory> swinging() {

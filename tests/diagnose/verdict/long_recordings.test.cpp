@@ -11,6 +11,7 @@
 #include "diagnose/verdict/diagnose.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
+#include "support/runge_kutta.hpp"
 
 using namespace bayesctrl;
 
@@ -23,26 +24,21 @@ std::string recorded(double duration, double gap, double lost) {
   const auto input = [](double t) {
     return 2.5 * std::sin(1.1 * t) + 1.5 * std::sin(3.7 * t + 0.3 * std::sin(0.05 * t)) + std::sin(0.13 * t);
   };
-  const auto acceleration = [&](double t, double q, double v, double u) {
-    const double torque = u - drag * v - mass * 9.81 * length * std::sin(q) - level * std::tanh(v / 1e-3);
-    return (torque + amplitude * std::sin(frequency * t + 1.0)) / (mass * length * length);
-  };
   RandomStream random(2);
   std::ostringstream csv;
   csv.precision(10);
   csv << "t,q,u\n";
-  double q = 0.3, v = 0.0;
+  std::array<double, 2> x{0.3, 0.0};  // q, v
   for (int k = 0; 0.02 * k < duration; ++k) {
     const double t = 0.02 * k, u = input(t);
-    if (t < gap || t >= gap + lost) csv << t << "," << q + 3e-4 * draw_normal(random) << "," << u << "\n";
+    if (t < gap || t >= gap + lost) csv << t << "," << x[0] + 3e-4 * draw_normal(random) << "," << u << "\n";
     for (int i = 0; i < 10; ++i) {
-      const double s = t + h * i;
-      const double a1 = acceleration(s, q, v, u), v2 = v + 0.5 * h * a1;
-      const double a2 = acceleration(s + 0.5 * h, q + 0.5 * h * v, v2, u), v3 = v + 0.5 * h * a2;
-      const double a3 = acceleration(s + 0.5 * h, q + 0.5 * h * v2, v3, u), v4 = v + h * a3;
-      const double a4 = acceleration(s + h, q + h * v3, v4, u);
-      q += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-      v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+      x = testing::runge_kutta_step(x, h, [&](const std::array<double, 2>& s, double since) {
+        const double shaking = amplitude * std::sin(frequency * (t + h * i + since) + 1.0);
+        const double friction = drag * s[1] + level * std::tanh(s[1] / 1e-3);
+        const double torque = u - friction - mass * 9.81 * length * std::sin(s[0]) + shaking;
+        return std::array<double, 2>{s[1], torque / (mass * length * length)};
+      });
     }
   }
   return csv.str();

@@ -16,6 +16,7 @@
 #include "spec/model.hpp"
 #include "support/fading_torque.hpp"
 #include "support/recorded_pendulum.hpp"
+#include "support/runge_kutta.hpp"
 #include "trial/diagnosed.hpp"
 #include "trial/score.hpp"
 
@@ -42,19 +43,11 @@ std::vector<StateVector> written_out(const FadingTorque& effect, double period, 
   std::vector<StateVector> path{StateVector{{x[0], x[1]}}};
   for (int k = 0; k < count; ++k) {
     const double u = push(period * k, shift), h = period / parts;
-    const auto rate = [&](const State& s) {
+    const auto rate = [&](const State& s, double /*t*/) {
       const double torque = u - p.friction * s[1] - p.mass * 9.81 * p.length * std::sin(s[0]) - effect.share * s[3];
       return State{s[1], torque / inertia, (u - s[2]) / effect.time_constant, (s[2] - s[3]) / effect.time_constant};
     };
-    const auto along = [](State s, const State& d, double by) {
-      for (std::size_t i = 0; i < 4; ++i) s[i] += by * d[i];
-      return s;
-    };
-    for (int i = 0; i < parts; ++i) {
-      const State k1 = rate(x), k2 = rate(along(x, k1, 0.5 * h)), k3 = rate(along(x, k2, 0.5 * h));
-      const State k4 = rate(along(x, k3, h));
-      for (std::size_t j = 0; j < 4; ++j) x[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
-    }
+    for (int i = 0; i < parts; ++i) x = testing::runge_kutta_step(x, h, rate);
     path.push_back(StateVector{{x[0], x[1]}});
   }
   return path;

@@ -5,6 +5,7 @@
 
 #include "physics/catalogue.hpp"
 #include "physics/machine/machine.hpp"
+#include "support/runge_kutta.hpp"
 
 using namespace bayesctrl;
 
@@ -19,20 +20,12 @@ std::vector<double> two_elements(const PreslidingHysteresis& a, const Presliding
   std::vector<double> q{0.0};
   for (std::size_t k = 0; k + 1 < time.size(); ++k) {
     const double h = (time[k + 1] - time[k]) / kParts;
-    const auto rate = [&](const State& s) {
+    const auto rate = [&](const State& s, double /*t*/) {
       const double speed = std::abs(s[1]);
       return State{s[1], (force[k] - a.stiffness * s[2] - b.stiffness * s[3]) / 2.0,
                    s[1] - speed * s[2] * a.stiffness / a.level, s[1] - speed * s[3] * b.stiffness / b.level};
     };
-    const auto along = [](State s, const State& d, double by) {
-      for (std::size_t i = 0; i < 4; ++i) s[i] += by * d[i];
-      return s;
-    };
-    for (int i = 0; i < kParts; ++i) {
-      const State k1 = rate(x), k2 = rate(along(x, k1, 0.5 * h)), k3 = rate(along(x, k2, 0.5 * h));
-      const State k4 = rate(along(x, k3, h));
-      for (std::size_t j = 0; j < 4; ++j) x[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
-    }
+    for (int i = 0; i < kParts; ++i) x = testing::runge_kutta_step(x, h, rate);
     q.push_back(x[0]);
   }
   return q;
