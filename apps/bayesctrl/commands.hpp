@@ -28,6 +28,7 @@ void declare_diff(CLI::App& app, ExitCode& exit);
 void declare_simulate(CLI::App& app, ExitCode& exit);
 void declare_calibrate(CLI::App& app, ExitCode& exit);
 void declare_diagnose(CLI::App& app, ExitCode& exit);
+void declare_sweep(CLI::App& app, ExitCode& exit);
 void declare_trial(CLI::App& app, ExitCode& exit);
 void declare_report(CLI::App& app, ExitCode& exit);
 void declare_completion(CLI::App& app, ExitCode& exit);
@@ -71,5 +72,9 @@ bool interrupted();
 /// From here on a signal ends the program at once: for work that writes nothing before its end. `advice`, which must
 /// outlive the program, is what is said then.
 void end_at_once(const char* advice);
+
+/// From here on freed memory stays with the program: fits, searches and sweeps ask for the same megabytes again and
+/// again, and mapped and unmapped each time, their pages would take as long as a sixth of the work.
+void keep_memory();
 
 }  // namespace bayesctrl

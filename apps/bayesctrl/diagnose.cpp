@@ -1,11 +1,9 @@
 #include "diagnose/verdict/diagnose.hpp"
 
-#include <malloc.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
-#include <limits>
 #include <memory>
 
 #include "base/format.hpp"
@@ -15,6 +13,7 @@
 #include "io/files.hpp"
 #include "io/provenance.hpp"
 #include "report/report.hpp"
+#include "spec/sweep.hpp"
 #include "terminal/plot.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/terminal.hpp"
@@ -117,14 +116,6 @@ std::string plots_of(const Table& missing_torque) {
   return plot_columns(missing_torque, columns, {terminal_width(STDOUT_FILENO), 5, has_colour(STDOUT_FILENO)});
 }
 
-/// Fits and searches ask for the same megabytes again and again: mapped and unmapped each time, their pages would take
-/// as long as a sixth of the diagnosis.
-void keep_memory() {
-  mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-  mallopt(M_TOP_PAD, 64 * 1024 * 1024);
-}
-
 struct DiagnoseCommand {
   std::vector<std::string> specs, assignments;
   std::string out;
@@ -140,11 +131,18 @@ struct Asked {
   fs::path folder;
 };
 
+Node without_sweep(Node spec) {
+  const Node::Entry* entry = spec.find("sweep");
+  const Location where = entry != nullptr ? entry->where : Location{};
+  if (take_sweep(spec).size() > 1) throw SpecError(where, "the spec has a sweep: repeat it with bayesctrl sweep");
+  return spec;
+}
+
 /// All specs, before any is worked on.
 std::vector<Asked> read_all(const DiagnoseCommand& command) {
   std::vector<Asked> list;
   for (const std::string& path : command.specs) {
-    DiagnosisSpec spec = read_diagnosis_spec(read_spec(path, command.assignments, "diagnosis"));
+    DiagnosisSpec spec = read_diagnosis_spec(without_sweep(read_spec(path, command.assignments, "diagnosis")));
     if (const std::vector<SpecError> missing = missing_files(spec); !missing.empty()) throw missing.front();
     fs::path folder = command.out;
     if (folder.empty()) folder = fs::path("results") / "diagnose" / slug(spec.name);

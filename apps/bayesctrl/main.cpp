@@ -9,6 +9,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <new>
 
 #include "commands.hpp"
@@ -50,6 +51,12 @@ namespace bayesctrl {
 
 bool interrupted() { return stop_requested; }
 
+void keep_memory() {
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  mallopt(M_TOP_PAD, 64 * 1024 * 1024);
+}
+
 void end_at_once(const char* advice) {
   last_words = advice;
   std::signal(SIGINT, end_with_advice);
@@ -84,6 +91,7 @@ int main(int argc, char** argv) {
     declare_simulate(app, exit);
     declare_calibrate(app, exit);
     declare_diagnose(app, exit);
+    declare_sweep(app, exit);
     declare_trial(app, exit);
     declare_report(app, exit);
     declare_completion(app, exit);

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 
 #include "base/format.hpp"
@@ -218,6 +219,7 @@ ExitCode run(const RunCommand& command) {
   Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "runs");
   std::vector<Table> tables(batch.studies.size());
   std::set<fs::path> written;  // spec folders
+  std::mutex mutex;            // guards these and the tally: results come from several threads
   tally.plots.resize(batch.studies.size());
   RunOptions options;
   options.jobs = command.jobs;
@@ -240,13 +242,13 @@ ExitCode run(const RunCommand& command) {
   run_all(studies, options, [&](std::size_t place, StudyOutcome&& outcome) {
     const std::size_t index = places[place];
     tables[index] = summary_table(outcome);
-    tally.count(tables[index]);
     if (command.plot && !loudness.quiet && !loudness.json) tally.plots[index] = plots_of(outcome);
     const bool any = std::any_of(outcome.outcomes.begin(), outcome.outcomes.end(),
                                  [](const Outcome& one) { return one.result.reason != kInterrupted; });
-    if (!any) return;
-    write_results(outcome, batch.jobs[index].folder, batch.jobs[index].spec_name);
-    written.insert(batch.jobs[index].spec_folder);
+    if (any) write_results(outcome, batch.jobs[index].folder, batch.jobs[index].spec_name);
+    const std::lock_guard lock(mutex);
+    tally.count(tables[index]);
+    if (any) written.insert(batch.jobs[index].spec_folder);
   });
   for (std::size_t i = 0; i < tables.size(); ++i) append(tally.tables[batch.jobs[i].spec_folder], tables[i]);
   for (std::size_t i = 0; i < batch.jobs.size(); ++i) {

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
-#include <thread>
 
 #include "commands.hpp"
 #include "diagnose/settings.hpp"
@@ -53,8 +52,6 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
     }
     const std::filesystem::path folder =
         command->out.empty() ? std::filesystem::path("results") / slug(spec.name) : std::filesystem::path(command->out);
-    const int jobs =
-        command->jobs > 0 ? command->jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     if (command->seeds.empty()) command->seeds.push_back(spec.seed);
     const Loudness& loudness = command->loudness;
     Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "cases");
@@ -64,7 +61,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
       const auto place = command->seeds.size() == 1 ? folder : folder / ("seed-" + std::to_string(seed));
       const TrialResult result = run_trial(
           spec, place,
-          {"/proc/self/exe", jobs, [&](const std::string& line) { progress.say(line); },
+          {"/proc/self/exe", command->jobs, [&](const std::string& line) { progress.say(line); },
            [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted, command->resume});
       if (interrupted()) {
         progress.clear();

@@ -1,10 +1,8 @@
 #include "experiment/calibrate.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <mutex>
-#include <thread>
 
 #include "base/format.hpp"
 #include "base/random.hpp"
@@ -12,6 +10,7 @@
 #include "experiment/read.hpp"
 #include "experiment/tabulate.hpp"
 #include "io/read.hpp"
+#include "numerics/parallel.hpp"
 
 namespace bayesctrl {
 
@@ -152,32 +151,14 @@ std::vector<CalibrationResult> calibrate(const std::filesystem::path& spec, int 
   const Search search = read_search(read_yaml(spec));
   const auto starts = static_cast<std::size_t>(search.spec.starts);
   std::vector<CalibrationResult> results(starts);
-  std::atomic<std::size_t> next{0};
-  std::mutex mutex;  // guards the callback, its count and `failed`
+  std::mutex mutex;  // guards the callback and its count
   std::size_t done = 0;
-  std::exception_ptr failed;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < starts; i = next++) {
-      if (stop && stop()) return;
-      try {
-        results[i] = search.run(static_cast<int>(i));
-        const std::lock_guard lock(mutex);
-        if (progress) progress(++done, starts);
-      } catch (...) {  // a path that does not exist, say: the same in every search
-        const std::lock_guard lock(mutex);
-        failed = std::current_exception();
-        next = starts;
-      }
-    }
-  };
-  const auto threads = std::min<std::size_t>(
-      starts, jobs > 0 ? static_cast<std::size_t>(jobs) : std::max(1U, std::thread::hardware_concurrency()));
-  {
-    std::vector<std::jthread> pool;
-    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
-    work();
-  }
-  if (failed) std::rethrow_exception(failed);
+  in_parallel(starts, jobs, [&](std::size_t i) {
+    if (stop && stop()) return;
+    results[i] = search.run(static_cast<int>(i));
+    const std::lock_guard lock(mutex);
+    if (progress) progress(++done, starts);
+  });
   std::erase_if(results, [](const CalibrationResult& result) { return result.assignments.empty(); });
   std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
   return results;

@@ -1,13 +1,11 @@
 #include "experiment/run.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <exception>
 #include <mutex>
-#include <thread>
 
 #include "base/error.hpp"
+#include "numerics/parallel.hpp"
 
 namespace bayesctrl {
 
@@ -134,10 +132,8 @@ void run_all(const std::vector<Study>& studies, const RunOptions& options, const
     total += chain.controllers.size();
   }
 
-  std::atomic<std::size_t> next{0};
-  std::mutex mutex;  // guards everything below, the sink and the callbacks
+  std::mutex mutex;  // guards what is not of one chain alone, and the callbacks
   std::size_t done = 0;
-  std::exception_ptr failed;
   const auto begin_study = [&](std::size_t s) {
     const std::lock_guard lock(mutex);
     StudyOutcome& result = results[s];
@@ -150,41 +146,25 @@ void run_all(const std::vector<Study>& studies, const RunOptions& options, const
     results[s].wall_seconds += seconds;
     if (options.progress) options.progress(++done, total);
   };
-  const auto end_chain = [&](std::size_t s) {
+  const auto is_last = [&](std::size_t s) {
     const std::lock_guard lock(mutex);
-    if (--open_chains[s] > 0 || failed) return;
-    try {
-      sink(s, std::move(results[s]));
-    } catch (...) {
-      failed = std::current_exception();
-      next = chains.size();
-    }
-    results[s] = {};
+    return --open_chains[s] == 0;
   };
-  const auto work = [&] {
-    for (std::size_t i = next++; i < chains.size(); i = next++) {
-      const Chain& chain = chains[i];
-      begin_study(chain.study);
-      StudyOutcome& result = results[chain.study];
-      for (const std::size_t c : chain.controllers) {
-        const auto& [name, controller] = studies[chain.study].controllers.items[c];
-        const auto begin = Clock::now();
-        result.outcomes[c] = options.stop && options.stop() ? failure(name, std::string(kInterrupted))
-                                                            : run_controller(result, name, controller);
-        end_controller(chain.study, std::chrono::duration<double>(Clock::now() - begin).count());
-      }
-      end_chain(chain.study);
+  in_parallel(chains.size(), options.jobs, [&](std::size_t i) {
+    const Chain& chain = chains[i];
+    begin_study(chain.study);
+    StudyOutcome& result = results[chain.study];
+    for (const std::size_t c : chain.controllers) {
+      const auto& [name, controller] = studies[chain.study].controllers.items[c];
+      const auto begin = Clock::now();
+      result.outcomes[c] = options.stop && options.stop() ? failure(name, std::string(kInterrupted))
+                                                          : run_controller(result, name, controller);
+      end_controller(chain.study, std::chrono::duration<double>(Clock::now() - begin).count());
     }
-  };
-  const auto cores = std::max(1U, std::thread::hardware_concurrency());
-  const auto threads =
-      std::min<std::size_t>(chains.size(), options.jobs > 0 ? static_cast<std::size_t>(options.jobs) : cores);
-  {
-    std::vector<std::jthread> pool;
-    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
-    work();
-  }
-  if (failed) std::rethrow_exception(failed);
+    if (!is_last(chain.study)) return;
+    sink(chain.study, std::move(result));
+    result = {};
+  });
 }
 
 std::vector<StudyOutcome> run_all(const std::vector<Study>& studies, const RunOptions& options) {

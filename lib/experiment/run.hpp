@@ -31,14 +31,15 @@ struct StudyOutcome {
 /// The reason of a run that was stopped before it began.
 inline constexpr std::string_view kInterrupted = "interrupted";
 
-/// How a batch is run and who hears of it. The callbacks may come from any thread, but one at a time.
+/// How a batch is run and who hears of it. `progress` may come from any thread, but one at a time.
 struct RunOptions {
   int jobs = 0;                                                       // threads; 0: all cores
   std::function<void(std::size_t done, std::size_t total)> progress;  // after each controller
   std::function<bool()> stop;  // asked before each controller: what has not started by then fails, kInterrupted
 };
 
-/// Takes the results of one study, by its index, as soon as all its controllers are through.
+/// Takes the results of one study, by its index, as soon as all its controllers are through. May come from several
+/// threads at once.
 using StudySink = std::function<void(std::size_t index, StudyOutcome&& outcome)>;
 
 /// Runs every controller of every study. Controllers that build on one another's data run in sequence, the rest in any

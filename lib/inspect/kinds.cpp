@@ -11,6 +11,7 @@
 #include "io/emit.hpp"
 #include "io/read.hpp"
 #include "io/schema.hpp"
+#include "spec/sweep.hpp"
 #include "trial/trial.hpp"
 
 namespace bayesctrl {
@@ -53,6 +54,14 @@ std::string study_summary(const Node& spec) {
          (studies.size() > 1 ? ", sweep of " + std::to_string(studies.size()) + " points" : "");
 }
 
+DiagnosisSpec read_one_diagnosis(const Node& node) { return read_diagnosis_spec(node); }
+
+ordered_json diagnosis_schema() {
+  ordered_json result = schema<DiagnosisSpec>();
+  result["properties"]["sweep"] = sweep_schema();
+  return result;
+}
+
 /// A spec may be checked where its recordings are not.
 std::string not_there(const DiagnosisSpec& spec) {
   std::string text;
@@ -60,10 +69,22 @@ std::string not_there(const DiagnosisSpec& spec) {
   return text;
 }
 
+/// The first point of a diagnosis, after all were read. A spec without a sweep is its only point.
+DiagnosisSpec first_diagnosis(Node node, std::size_t* points = nullptr) {
+  const Sweep sweep = take_sweep(node);
+  const std::uint64_t seed = sweep.given ? seed_of(node) : 1;
+  for (std::size_t i = sweep.size(); i-- > 1;) sweep.read_at(node, sweep.point(i, seed), read_one_diagnosis);
+  if (points != nullptr) *points = sweep.size();
+  return sweep.read_at(node, sweep.point(0, seed), read_one_diagnosis);
+}
+
 std::string diagnosis_summary(const Node& node) {
-  const DiagnosisSpec spec = read_diagnosis_spec(node);
+  std::size_t points = 1;
+  const DiagnosisSpec spec = first_diagnosis(node, &points);
+  const std::string swept = points > 1 ? ", sweep of " + std::to_string(points) + " points" : "";
   return "diagnosis '" + spec.name + "', " + count(spec.recordings.size(), "recording") + ", " +
-         std::to_string(spec.held_out.size()) + " held out, " + count(spec.effects.size(), "effect") + not_there(spec);
+         std::to_string(spec.held_out.size()) + " held out, " + count(spec.effects.size(), "effect") + swept +
+         not_there(spec);
 }
 
 std::string model_summary(const Node& node) {
@@ -96,8 +117,8 @@ const std::array<SpecKind, 6>& kinds() {
   static const std::array<SpecKind, 6> list{{
       {"study", "run, simulate: a machine, a task, controllers", study_schema, affinity_to<Study>, study_summary,
        study_yaml},
-      {"diagnosis", "diagnose: a nominal model and recordings", schema_of<DiagnosisSpec>, affinity_to<DiagnosisSpec>,
-       diagnosis_summary, [](const Node& node) { return to_yaml(to_json(read_diagnosis_spec(node))); }},
+      {"diagnosis", "diagnose: a nominal model and recordings", diagnosis_schema, affinity_to<DiagnosisSpec>,
+       diagnosis_summary, [](const Node& node) { return to_yaml(to_json(first_diagnosis(node))) + sweep_yaml(node); }},
       {"model", "simulate, model: {file: ...}: what diagnose found", schema_of<ModelFile>, affinity_to<ModelFile>,
        model_summary, resolved_as<ModelFile>},
       {"trial", "trial: how many machines with which concealed effects", schema_of<TrialSpec>, affinity_to<TrialSpec>,

@@ -9,7 +9,12 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <csignal>
 #include <cstdint>
+#include <mutex>
+#include <set>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -26,11 +31,65 @@ namespace {
   throw IoError(path.string() + ": " + std::generic_category().message(error));
 }
 
+std::uint64_t hash_of(std::string_view text) {  // FNV-1a, 64 bits
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char letter : text) hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211ULL;
+  return hash;
+}
+
+/// Names of temporaries are PREFIX HOST - PROCESS - NUMBER SUFFIX.
+constexpr std::string_view kPrefix = ".bayesctrl-", kSuffix = ".tmp";
+constexpr auto kForgotten = std::chrono::hours(24);  // age of another host's temporary that nobody writes any more
+
+const std::string& this_host() {
+  static const std::string name = [] {
+    std::array<char, 256> host{};
+    if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+    return std::to_string(hash_of(host.data()) >> 32);
+  }();
+  return name;
+}
+
+/// Whether the process that was writing a temporary is gone.
+bool is_left_behind(const fs::directory_entry& entry) {
+  const std::string name = entry.path().filename().string();
+  if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix)) return false;
+  const std::string_view inside = std::string_view(name).substr(kPrefix.size());
+  const std::size_t first = inside.find('-');
+  const std::size_t second = first == std::string_view::npos ? first : inside.find('-', first + 1);
+  if (second == std::string_view::npos) return false;
+  pid_t process = 0;
+  const std::string_view digits = inside.substr(first + 1, second - first - 1);
+  if (std::from_chars(digits.data(), digits.data() + digits.size(), process).ec != std::errc{}) return false;
+  if (inside.substr(0, first) == this_host()) return process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+  std::error_code error;
+  const auto written = fs::last_write_time(entry.path(), error);
+  return !error && fs::file_time_type::clock::now() - written > kForgotten;
+}
+
+/// Removes what processes that were killed left in a folder, when this process first writes there.
+void sweep_up(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> known;
+  {
+    const std::lock_guard lock(mutex);
+    if (!known.insert(folder).second) return;
+  }
+  std::error_code error;
+  std::vector<fs::path> dead;
+  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end; it.increment(error)) {
+    if (is_left_behind(*it)) dead.push_back(it->path());
+  }
+  for (const fs::path& file : dead) ::unlink(file.c_str());
+}
+
 /// A new file with a name of its own in `folder`; O_EXCL settles races with other processes and hosts.
 int create_temporary(const fs::path& folder, fs::path& name) {
   static std::atomic<unsigned> counter{0};
+  sweep_up(folder);
+  const std::string own = std::string(kPrefix) + this_host() + "-" + std::to_string(::getpid()) + "-";
   while (true) {
-    name = folder / (".bayesctrl-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    name = folder / (own + std::to_string(counter++) + std::string(kSuffix));
     const int descriptor = ::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
     if (descriptor >= 0 || errno != EEXIST) return descriptor;
   }
@@ -103,12 +162,6 @@ void overlap(std::size_t count, const auto& sync) {
   } catch (const std::system_error&) {  // no more threads to be had: fewer do the same work
   }
   work();
-}
-
-std::uint64_t hash_of(std::string_view text) {  // FNV-1a, 64 bits
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char letter : text) hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211ULL;
-  return hash;
 }
 
 bool stays(char c) {

@@ -1,24 +1,23 @@
 #include "trial/trial.hpp"
 
-#include <openssl/evp.h>
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include "base/error.hpp"
 #include "base/format.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
+#include "io/hash.hpp"
 #include "io/json.hpp"
 #include "io/provenance.hpp"
 #include "io/table.hpp"
+#include "numerics/parallel.hpp"
 #include "trial/cases.hpp"
 #include "trial/score.hpp"
 
@@ -31,21 +30,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using trial::Scored;
-
-std::string sha256(std::string_view text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
-    throw IoError("SHA-256 failed");
-  }
-  std::string hex;
-  for (unsigned i = 0; i < size; ++i) {
-    constexpr char kDigits[] = "0123456789abcdef";
-    hex += kDigits[digest[i] >> 4];
-    hex += kDigits[digest[i] & 15];
-  }
-  return hex;
-}
 
 /// A process of its own that sees spec and recordings only. Its processor time in seconds, negative if it failed.
 double diagnose_apart(const fs::path& program, const fs::path& spec, const fs::path& out) {
@@ -79,29 +63,12 @@ std::optional<double> spent_on(const fs::path& diagnosis) {
   });
 }
 
-/// Calls work(i) for each i from several threads.
+/// Calls work(i) for each i that begins before an interruption.
 void in_parallel(std::size_t count, int workers, const std::function<bool()>& interrupted,
                  const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr failure;
-  std::mutex mutex;
-  std::vector<std::thread> threads;
-  const std::size_t wanted = std::min(count, static_cast<std::size_t>(std::max(1, workers)));
-  for (std::size_t w = 0; w < wanted; ++w) {
-    threads.emplace_back([&] {
-      for (std::size_t i = next++; i < count && !interrupted(); i = next++) {
-        try {
-          work(i);
-        } catch (...) {
-          const std::lock_guard lock(mutex);
-          failure = std::current_exception();
-          next = count;
-        }
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  if (failure) std::rethrow_exception(failure);
+  bayesctrl::in_parallel(count, workers, [&](std::size_t i) {
+    if (!interrupted()) work(i);
+  });
 }
 
 Table table_of(const std::vector<Scored>& cases) {
@@ -171,7 +138,7 @@ TrialResult run_trial(const TrialSpec& spec, const fs::path& folder, const Trial
   if (resume && !same) say("nothing to resume: no such machines in " + folder.string());
   write_file(truth_file, sealed);
 
-  say("diagnosing in " + std::to_string(workers) + " processes");
+  say("diagnosing in " + std::to_string(workers > 0 ? workers : core_count()) + " processes");
   std::vector<double> seconds(orders.size(), -1.0);
   finished = 0;
   in_parallel(orders.size(), workers, interrupted, [&](std::size_t i) {

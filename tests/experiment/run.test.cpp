@@ -1,3 +1,4 @@
+#include <atomic>
 #include <catch2/catch.hpp>
 
 #include "experiment/read.hpp"
@@ -182,7 +183,7 @@ TEST_CASE("An exception of the sink ends the batch and arrives at the caller", "
   for (const int jobs : {1, 2}) {
     RunOptions options;
     options.jobs = jobs;
-    int calls = 0;
+    std::atomic<int> calls = 0;
     std::size_t runs = 0;
     options.progress = [&](std::size_t done, std::size_t) { runs = done; };
     const auto sink = [&](std::size_t, StudyOutcome&&) {
@@ -190,7 +191,7 @@ TEST_CASE("An exception of the sink ends the batch and arrives at the caller", "
       throw IoError("disk full");
     };
     CHECK(error_of<IoError>([&] { run_all(studies, options, sink); }) == "disk full");
-    CHECK(calls == 1);
-    CHECK(runs < 50);  // of 200: what had begun is finished, nothing else starts
+    CHECK(calls <= jobs);  // of one study for each thread
+    CHECK(runs < 50);      // of 200: what had begun is finished, nothing else starts
   }
 }

@@ -44,7 +44,9 @@ Command::~Command() {
   ::waitpid(process_, nullptr, 0);
 }
 
-void Command::interrupt() const { ::kill(process_, SIGINT); }
+void Command::interrupt() const { signal(SIGINT); }
+
+void Command::signal(int number) const { ::kill(process_, number); }
 
 CommandResult Command::wait() {
   int status = 0;

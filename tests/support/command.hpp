@@ -25,6 +25,7 @@ class Command {
   ~Command();  // ends the program if it still runs
 
   void interrupt() const;  // as Ctrl-C does
+  void signal(int number) const;
   CommandResult wait();
 
  private:
