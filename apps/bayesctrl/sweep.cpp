@@ -6,9 +6,11 @@
 #include "commands.hpp"
 #include "inspect/kinds.hpp"
 #include "io/files.hpp"
+#include "io/text.hpp"
 #include "numerics/parallel.hpp"
 #include "sweep/merge.hpp"
 #include "sweep/run.hpp"
+#include "sweep/slurm.hpp"
 #include "terminal/progress.hpp"
 
 namespace bayesctrl {
@@ -24,6 +26,9 @@ struct SweepCommand {
   std::optional<std::uint64_t> seed;
   int limit = 0, jobs = 0;
   bool keep = false, partial = false;
+  std::string engine, program;
+  SlurmOptions slurm;
+  bool dry_run = false;
   Loudness loudness;
 
   bool silent() const { return loudness.quiet || loudness.json; }
@@ -130,16 +135,11 @@ ordered_json status_json(const SweepPlan& plan, const SweepStatus& status, const
 
 /// The command that repeats one run by itself.
 std::string single_run(const SweepPlan& plan, int run) {
-  const auto quoted = [](const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-  };
   std::string text = plan.manifest.kind == "study" ? "bayesctrl run " : "bayesctrl diagnose ";
   text += plan.manifest.spec;
-  for (const std::string& assignment : plan.manifest.assignments) text += " --set " + quoted(assignment);
+  for (const std::string& assignment : plan.manifest.assignments) text += " --set " + shell_quoted(assignment);
   if (plan.sweep.given) text += " --set 'sweep={}'";
-  for (const auto& [path, value] : plan.point(run - 1)) text += " --set " + quoted(path + "=" + value);
+  for (const auto& [path, value] : plan.point(run - 1)) text += " --set " + shell_quoted(path + "=" + value);
   return text;
 }
 
@@ -198,6 +198,79 @@ CLI::App* add_part(CLI::App& sweep, const std::shared_ptr<SweepCommand>& command
   sub->add_option("DIR", command->folder, "Folder of a planned sweep")->required();
   add_loudness(*sub, command->loudness);
   return sub;
+}
+
+/// Submits to Slurm, waits, and says what came of it.
+ExitCode submit(SweepCommand& command) {
+  const fs::path folder = command.folder;
+  const SweepPlan plan = open_sweep(folder);
+  if (command.engine == "local") {
+    if (!command.dry_run) return run_and_merge(plan, folder, command);
+    std::cout << "bayesctrl sweep resume " << folder.string() << "\n";
+    return ExitCode::ok;
+  }
+  SlurmOptions& slurm = command.slurm;
+  slurm.program = command.program.empty() ? fs::read_symlink("/proc/self/exe") : fs::path(command.program);
+  if (command.dry_run) {
+    const SlurmScripts scripts = slurm_scripts(plan, folder, slurm);
+    const int shards = slurm_shards(plan, slurm);
+    std::cout << "# sbatch --array=1" << (shards > 1 ? "-" + std::to_string(shards) : "") << ", of which what is done "
+              << "is left out:\n"
+              << scripts.array << "\n# sbatch --dependency=afterany:ARRAY:\n"
+              << scripts.merge;
+    return ExitCode::ok;
+  }
+  Progress progress(Progress::choose(command.loudness.progress, command.silent()), "runs");
+  slurm.say = [&](const std::string& line) {
+    progress.clear();
+    if (!command.silent()) std::cerr << line << "\n";
+  };
+  slurm.progress = [&](std::size_t done, std::size_t total) { progress(done, total); };
+  slurm.stop = interrupted;
+  submit_to_slurm(plan, folder, slurm);
+  progress.clear();
+  if (interrupted()) {
+    std::cerr << "interrupted: the jobs go on; wait for them again with bayesctrl sweep submit " << folder.string()
+              << "\n";
+    return ExitCode::interrupted;
+  }
+  const SweepStatus status = sweep_status(plan, folder);
+  if (command.loudness.json) std::cout << status_json(plan, status, folder).dump(2) << "\n";
+  if (status.done < status.planned) {
+    throw IoError(std::to_string(status.planned - status.done) + " of " + std::to_string(status.planned) +
+                  " runs are missing after " + std::to_string(slurm.attempts) +
+                  " attempts; what the tasks said: " + (folder / "slurm").string());
+  }
+  const Merged merged = merge_sweep(plan, folder, false);  // as the dependent job has, on a node that may be gone
+  if (!command.silent()) print_merged(merged, folder);
+  return exit_of(status);
+}
+
+void declare_submit(CLI::App& sweep, const std::shared_ptr<SweepCommand>& command, ExitCode& exit) {
+  CLI::App* sub = add_part(sweep, command, "submit",
+                           "Run what is missing on a cluster: one array job, merged by a job that depends on it");
+  sub->add_option("--engine", command->engine, "slurm, or local: this machine, as resume does")
+      ->check(one_of({"slurm", "local"}))
+      ->required();
+  sub->add_option("--shards", command->slurm.shards, "Tasks of the array; default: of about five minutes each")
+      ->type_name("N")
+      ->check(CLI::Range(1, static_cast<int>(kMostSweepPoints)));
+  sub->add_option("--cpus", command->slurm.cpus, "Cores of each task")
+      ->check(CLI::Range(1, kMostJobs))
+      ->capture_default_str();
+  sub->add_option("--attempts", command->slurm.attempts, "How often what is missing is submitted")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  sub->add_option("--sbatch", command->slurm.directives, "An option for sbatch, e.g. --sbatch=--partition=short")
+      ->type_name("OPTION")
+      ->allow_extra_args(false);
+  sub->add_option("--program", command->program, "bayesctrl as the nodes find it; default: this program's path")
+      ->type_name("PATH");
+  sub->add_flag("--dry-run", command->dry_run, "Print what would be submitted");
+  sub->callback([command, &exit] {
+    keep_memory();
+    exit = submit(*command);
+  });
 }
 
 void declare_parts(CLI::App& sweep, ExitCode& exit) {
@@ -262,6 +335,7 @@ void declare_parts(CLI::App& sweep, ExitCode& exit) {
       print_merged(merged, command->folder);
     }
   });
+  declare_submit(sweep, command, exit);
 }
 
 }  // namespace

@@ -60,6 +60,12 @@ std::string shown(std::string_view text, std::size_t limit) {
   return end < text.size() ? result + "..." : result;
 }
 
+std::string shell_quoted(std::string_view text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
 std::string whole_number(const Range& range) { return "a whole" + to_string(range).substr(1); }
 
 bool is_decimal(std::string_view text) {

@@ -17,6 +17,9 @@ std::size_t first_unreadable(std::string_view text);
 /// `text` for use inside one line of a message: control characters as '?', cut after `limit` bytes.
 std::string shown(std::string_view text, std::size_t limit = 60);
 
+/// `text` as one word of a shell's command line.
+std::string shell_quoted(std::string_view text);
+
 /// "a whole number of at least 1": the words of `to_string(range)` for whole numbers.
 std::string whole_number(const Range& range);
 
