@@ -50,10 +50,8 @@ std::string one_line(std::string text) {
 
 fs::path slurm_folder(const fs::path& folder) { return fs::absolute(folder).lexically_normal() / "slurm"; }
 
-std::string head(const SweepPlan& plan, const fs::path& folder, const SlurmOptions& options, const std::string& what) {
-  std::string text =
-      "#!/bin/bash\n#SBATCH --job-name=" + slug(plan.manifest.name) + "-" + what +
-      "\n#SBATCH --output=" + (slurm_folder(folder) / (what == "sweep" ? "%A_%a.log" : "%A.log")).string() + "\n";
+std::string head(const SweepPlan& plan, const SlurmOptions& options, const std::string& what) {
+  std::string text = "#!/bin/bash\n#SBATCH --job-name=" + slug(plan.manifest.name) + "-" + what + "\n";
   for (const std::string& line : options.directives) text += "#SBATCH " + line + "\n";
   return text;
 }
@@ -73,15 +71,14 @@ std::vector<int> missing_shards(const SweepStatus& status, int shards) {
   return {list.begin(), list.end()};
 }
 
-/// Number of the job that sbatch made.
-std::string submit(const std::string& arguments) {
-  const Said said = ask("sbatch --parsable " + arguments);
+/// Number of the job that sbatch made of a script in `place`, beside which its log will stand.
+std::string submit(const fs::path& place, const std::string& script, const std::string& log, const std::string& more) {
+  const Said said = ask("sbatch --parsable --output=" + shell_quoted((place / log).string()) + " " + more + " " +
+                        shell_quoted((place / script).string()));
   const std::string id = said.text.substr(0, said.text.find_first_of(";\n"));
   if (said.status == 0 && parse_integer<long>(id)) return id;
-  if (said.text.find("not found") != std::string::npos) {
-    throw IoError("sbatch: there is no Slurm on this machine; --engine local runs the sweep here");
-  }
-  throw IoError("sbatch: " + one_line(said.text));
+  throw IoError("sbatch refused the job: " + one_line(said.text) +
+                " (--engine local runs the sweep on this machine, without Slurm)");
 }
 
 /// Which of these jobs are still in the queue. Nothing where the queue cannot be asked.
@@ -163,12 +160,11 @@ SlurmScripts slurm_scripts(const SweepPlan& plan, const fs::path& folder, const 
   const std::string place = shell_quoted(fs::absolute(folder).lexically_normal().string());
   const std::string program = shell_quoted(options.program.string());
   SlurmScripts scripts;
-  scripts.array = head(plan, folder, options, "sweep") +
-                  "#SBATCH --requeue\n#SBATCH --cpus-per-task=" + std::to_string(options.cpus) + "\nexec " + program +
-                  " sweep run " + place + " --shard \"$SLURM_ARRAY_TASK_ID\"/" +
-                  std::to_string(slurm_shards(plan, options)) + " --jobs " + std::to_string(options.cpus) +
-                  " --quiet\n";
-  scripts.merge = head(plan, folder, options, "merge") + "exec " + program + " sweep merge " + place + " --partial\n";
+  scripts.array =
+      head(plan, options, "sweep") + "#SBATCH --requeue\n#SBATCH --cpus-per-task=" + std::to_string(options.cpus) +
+      "\nexec " + program + " sweep run " + place + " --shard \"$SLURM_ARRAY_TASK_ID\"/" +
+      std::to_string(slurm_shards(plan, options)) + " --jobs " + std::to_string(options.cpus) + " --quiet\n";
+  scripts.merge = head(plan, options, "merge") + "exec " + program + " sweep merge " + place + " --partial\n";
   return scripts;
 }
 
@@ -188,10 +184,8 @@ void submit_to_slurm(const SweepPlan& plan, const fs::path& folder, const SlurmO
     const std::vector<int> shards = missing_shards(status, slurm_shards(plan, options));
     write_file(place / "array.sh", scripts.array);
     write_file(place / "merge.sh", scripts.merge);
-    const std::string array =
-        submit("--array=" + array_ranges(shards) + " " + shell_quoted((place / "array.sh").string()));
-    const std::string merge =
-        submit("--dependency=afterany:" + array + " " + shell_quoted((place / "merge.sh").string()));
+    const std::string array = submit(place, "array.sh", "%A_%a.log", "--array=" + array_ranges(shards));
+    const std::string merge = submit(place, "merge.sh", "%A.log", "--dependency=afterany:" + array);
     write_file(place / "jobs", array + " " + merge + "\n");
     say("array job " + array + ": " + std::to_string(shards.size()) + (shards.size() == 1 ? " shard (" : " shards (") +
         array_ranges(shards) + "), merged by job " + merge);
