@@ -79,8 +79,16 @@ class Loop {
  private:
   static constexpr bool kLearns = ControllerType::kKnowledge == Knowledge::belief;
 
-  static JointVector part(const OdeState& y, std::size_t first) {
-    return Eigen::Map<const JointVector>(y.data() + first, kJoints);
+  using PlantVector = Joints<static_cast<int>(kJoints)>;
+
+  static PlantVector part(const OdeState& y, std::size_t first) {
+    return Eigen::Map<const PlantVector>(y.data() + first);
+  }
+
+  /// The reference, which is asked for at every stage of the integration: one that stays where it is is kept.
+  const ReferencePoint& reference(double t) {
+    if (!constant_reference_) reference_ = at(setup_.reference, t);
+    return reference_;
   }
 
   StateVector state() const { return Eigen::Map<const StateVector>(y_.data(), 2 * kJoints); }
@@ -91,8 +99,8 @@ class Loop {
     if constexpr (ControllerType::kContinuous) {
       hold_nothing(step.time);
     } else {
-      const JointVector u = step.input;
-      integrate_period(step.time, step.time + dt_, [&u](const OdeState&, double) -> const JointVector& { return u; });
+      const PlantVector u = step.input;
+      integrate_period(step.time, step.time + dt_, [&u](const OdeState&, double) -> const PlantVector& { return u; });
       if (setup_.quadrature_step) result_.energy_riemann += u.squaredNorm() * dt_;
     }
   }
@@ -115,7 +123,7 @@ class Loop {
     const auto pieces = static_cast<int>(std::ceil((t1 - t0) / kLongestStep));
     const double h = (t1 - t0) / pieces;
     const auto error = [&](double t) {
-      const ReferencePoint xi = at(setup_.reference, t);
+      const ReferencePoint& xi = reference(t);
       return (part(y_, 0) - xi.position).squaredNorm() + (part(y_, kJoints) - xi.velocity).squaredNorm();
     };
     for (int i = 0; i < pieces; ++i) {
@@ -134,9 +142,9 @@ class Loop {
   void integrate_period(double t0, double t1, auto&& law) {
     if (simulation_) return simulate_period(t0, t1, law);
     const auto equation = [&](const OdeState& y, OdeState& dydt, double t) {
-      const JointVector q = part(y, 0), v = part(y, kJoints);
+      const PlantVector q = part(y, 0), v = part(y, kJoints);
       const auto& u = law(y, t);
-      const ReferencePoint xi = at(setup_.reference, t);
+      const ReferencePoint& xi = reference(t);
       if constexpr (requires { plant_.acceleration(q, v, u, t); }) {
         const JointVector a = plant_.acceleration(q, v, u, t);
         for (std::size_t i = 0; i < kJoints; ++i) dydt[kJoints + i] = a[static_cast<Eigen::Index>(i)];
@@ -155,8 +163,8 @@ class Loop {
   }
 
   /// The control law at one state, with the input limits.
-  JointVector control(const JointVector& q, const JointVector& v, double t, const BeliefMarginals* belief) const {
-    const JointVector acceleration = setup_.inner_law(at(setup_.reference, t), q, v);
+  JointVector control(const JointVector& q, const JointVector& v, double t, const BeliefMarginals* belief) {
+    const JointVector acceleration = setup_.inner_law(reference(t), q, v);
     LawInput input{acceleration, nullptr, belief};
     Affine truth;
     if constexpr (ControllerType::kKnowledge == Knowledge::truth) {
@@ -172,7 +180,7 @@ class Loop {
     step.time = time;
     step.position = part(y_, 0);
     step.velocity = part(y_, kJoints);
-    step.reference = at(setup_.reference, time);
+    step.reference = reference(time);
     const StateVector seen = ControllerType::kContinuous ? state() : measurement_(state());
     if constexpr (kLearns) {
       finish_probe(seen, k);
@@ -233,6 +241,8 @@ class Loop {
   long period_steps_;
   Measurement measurement_;
   RandomStream random_;
+  bool constant_reference_ = std::holds_alternative<Setpoint>(setup_.reference);
+  ReferencePoint reference_ = at(setup_.reference, 0.0);
   std::optional<Model> truth_;  // of a machine with effects, as are the two below
   std::optional<Machine> machine_;
   std::optional<Simulation> simulation_;
