@@ -4,6 +4,7 @@
 
 #include "commands.hpp"
 #include "inspect/difference.hpp"
+#include "io/text.hpp"
 
 namespace bayesctrl {
 
@@ -24,6 +25,18 @@ Table joined(const ResultDifference& difference) {
   return table;
 }
 
+/// For people: long texts are cut.
+Table shortened(Table table) {
+  constexpr std::size_t kLongest = 50;
+  for (Column& column : table.columns) {
+    auto* cells = std::get_if<std::vector<Cell>>(&column.cells);
+    for (std::size_t i = 0; cells != nullptr && i < cells->size(); ++i) {
+      if (const auto* text = std::get_if<std::string>(&(*cells)[i])) (*cells)[i] = shown(*text, kLongest);
+    }
+  }
+  return table;
+}
+
 std::string render(const ResultDifference& difference, const std::string& format) {
   if (format == "csv") return to_csv(joined(difference));
   if (format == "json") {
@@ -36,8 +49,8 @@ std::string render(const ResultDifference& difference, const std::string& format
   std::string text;
   for (const Table* table : {&difference.settings, &difference.metrics}) {
     if (table->rows() == 0) continue;
-    text += (text.empty() ? "" : "\n") +
-            (format == "text" ? to_text(*table, kShownDigits) : to_markdown(*table, kShownDigits));
+    text += (text.empty() ? "" : "\n") + (format == "text" ? to_text(shortened(*table), kShownDigits)
+                                                           : to_markdown(shortened(*table), kShownDigits));
   }
   return text.empty() ? "no difference\n" : text;
 }

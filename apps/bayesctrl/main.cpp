@@ -92,6 +92,7 @@ int main(int argc, char** argv) {
     declare_calibrate(app, exit);
     declare_diagnose(app, exit);
     declare_sweep(app, exit);
+    declare_sensitivity(app, exit);
     declare_trial(app, exit);
     declare_report(app, exit);
     declare_completion(app, exit);

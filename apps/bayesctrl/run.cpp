@@ -149,9 +149,24 @@ std::string plots_of(const StudyOutcome& outcome) {
   return text;
 }
 
+/// Without the runs that were interrupted: their number is told once.
+Table without_interrupted(const Table& table) {
+  const Column& reason = *table.find("reason");
+  Table result;
+  for (const Column& column : table.columns) {
+    std::vector<Cell> cells;
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (reason.at(row) != Cell(std::string(kInterrupted))) cells.push_back(column.at(row));
+    }
+    result.columns.push_back({column.name, column.unit, std::move(cells)});
+  }
+  return result;
+}
+
 /// Of each run that failed, which it was and why.
 void print_reasons(const Tally& tally) {
-  for (const auto& [folder, table] : tally.tables) {
+  for (const auto& [folder, all] : tally.tables) {
+    const Table table = without_interrupted(all);
     const auto column = [&](const char* name) { return texts(table, name, folder.string()); };
     const std::vector<std::string> controllers = column("controller"), statuses = column("status");
     const std::vector<std::string> reasons = column("reason");
@@ -164,8 +179,9 @@ void print_reasons(const Tally& tally) {
 
 void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
   if (interrupted()) {
-    std::cerr << "interrupted: what was written is whole; the same command with --resume runs the rest of "
-              << batch.studies.size() << " studies\n";
+    const std::size_t runs = tally.ok + tally.failed + tally.interrupted;
+    std::cerr << "interrupted: what was written is whole; " << tally.interrupted << " of " << runs
+              << " runs are left, which the same command with --resume does\n";
   }
   if (command.loudness.json) {
     nlohmann::ordered_json object{{"ok", tally.ok}, {"failed", tally.failed}, {"interrupted", tally.interrupted}};
@@ -185,7 +201,7 @@ void print(const Tally& tally, const Batch& batch, const RunCommand& command) {
     const auto job = std::find_if(batch.jobs.begin(), batch.jobs.end(),
                                   [&place = folder](const Job& one) { return one.spec_folder == place; });
     const Plant& plant = batch.studies[static_cast<std::size_t>(job - batch.jobs.begin())].model.plant;
-    std::cout << to_text(compact(table, plant), 5) << "results in " << folder.string() << "\n\n";
+    std::cout << to_text(compact(without_interrupted(table), plant), 5) << "results in " << folder.string() << "\n\n";
   }
   if (tally.failed > 0) {
     std::cout << tally.failed << " of " << tally.ok + tally.failed + tally.interrupted

@@ -20,7 +20,7 @@ namespace {
 /// The table to a file, or to standard output; plots of position and input go to standard error.
 void give(const Table& table, int digits, const std::string& out, bool plotted) {
   const std::string csv = to_csv(table, digits);
-  if (out.empty()) {
+  if (out.empty() || out == "-") {
     std::cout << csv;
   } else {
     write_file(out, csv);
@@ -53,7 +53,8 @@ void declare_simulate(CLI::App& app, ExitCode& /*exit*/) {
   sub->add_option("--input", command->input,
                   "CSV with columns t and u (u1, u2, ...), each input held until the next row; default: no input")
       ->type_name("FILE");
-  sub->add_option("--out", command->out, "CSV to write t, q, v, u to; default: standard output")->type_name("FILE");
+  sub->add_option("--out", command->out, "CSV to write t, q, v, u to; default, and -: standard output")
+      ->type_name("FILE");
   sub->add_option("--horizon", command->horizon,
                   "model.yaml: seconds of each free run, whose start is fitted; default: the diagnosis's horizon_s")
       ->check(number_check(kPositive));

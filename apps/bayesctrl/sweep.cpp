@@ -102,7 +102,7 @@ SweepRunResult run_missing(const SweepPlan& plan, const fs::path& folder, const 
 }
 
 /// The figures that people look at first.
-Table compact(const Table& statistics) {
+Table main_figures(const Table& statistics) {
   Table table;
   for (const char* name : {"controller", "column", "n", "q05", "median", "q95"}) {
     const Column* column = statistics.find(name);
@@ -117,8 +117,9 @@ Table compact(const Table& statistics) {
 }
 
 void print_merged(const Merged& merged, const fs::path& folder) {
-  std::cout << to_text(compact(merged.statistics), 5) << merged.done << " of " << merged.planned << " runs, rows in "
-            << (folder / "table.csv").string() << ", these figures in " << (folder / "statistics.csv").string() << "\n";
+  std::cout << to_text(main_figures(merged.statistics), 5) << merged.done << " of " << merged.planned
+            << " runs, rows in " << (folder / "table.csv").string() << ", these figures in "
+            << (folder / "statistics.csv").string() << "\n";
 }
 
 ordered_json status_json(const SweepPlan& plan, const SweepStatus& status, const fs::path& folder) {

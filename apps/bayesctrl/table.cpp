@@ -88,18 +88,25 @@ void declare_check(CLI::App& app, ExitCode& exit) {
       "  bayesctrl check results/exp1 results/exp2 results/exp3 --against configs/paper_table2.yaml");
   sub->callback([command, &exit] {
     read_spec(command->against, {}, "published_table");
-    const PublishedTable published = read_published(command->against);
-    const Table comparison = compare(gather_tables({command->folders.begin(), command->folders.end()}), published);
+    PublishedTable published = read_published(command->against);
+    const Table results = gather_tables({command->folders.begin(), command->folders.end()});
+    const std::vector<std::string> absent = take_absent(published, results);
+    if (published.cells.empty()) {
+      throw DataError({command->against}, "has no cell of the experiments in these folders");
+    }
+    const Table comparison = compare(results, published);
     const std::vector<std::string> violated = violations(comparison);
     if (!command->out.empty()) write_table(comparison, command->out);
     if (command->json) {
       std::cout << nlohmann::ordered_json{{"name", published.name},
                                           {"cells", to_json(comparison)},
-                                          {"violated", violated.size()}}
+                                          {"violated", violated.size()},
+                                          {"absent", absent}}
                        .dump(2)
                 << "\n";
     } else {
       for (const std::string& line : violated) std::cout << "violated: " << line << "\n";
+      for (const std::string& line : absent) std::cout << line << "\n";
       std::cout << published.name << ": " << published.cells.size() - violated.size() << " of "
                 << published.cells.size() << " cells hold\n";
     }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "base/format.hpp"
 #include "io/read.hpp"
@@ -86,6 +87,23 @@ Table compare(const Table& results, const PublishedTable& published) {
            {"deviation_percent", "", deviation},
            {"tolerance", "", tolerance},
            {"ok", "", ok}}};
+}
+
+std::vector<std::string> take_absent(PublishedTable& published, const Table& results) {
+  std::set<std::string> present;
+  for (std::size_t row = 0; row < results.rows(); ++row) present.insert(text_at(results, "experiment", row));
+  std::vector<std::pair<std::string, std::size_t>> absent;
+  for (const PublishedCell& cell : published.cells) {
+    if (present.contains(cell.experiment)) continue;
+    if (absent.empty() || absent.back().first != cell.experiment) absent.emplace_back(cell.experiment, 0);
+    ++absent.back().second;
+  }
+  std::erase_if(published.cells, [&](const PublishedCell& cell) { return !present.contains(cell.experiment); });
+  std::vector<std::string> lines;
+  for (const auto& [name, count] : absent) {
+    lines.push_back(name + " is not among the results: " + std::to_string(count) + " cells not checked");
+  }
+  return lines;
 }
 
 std::vector<std::string> violations(const Table& comparison) {

@@ -64,6 +64,9 @@ PublishedTable read_published(const std::filesystem::path& file);
 /// tolerance, ok ("yes", "no", or "missing": no such row, a failed run, or no such metric).
 Table compare(const Table& results, const PublishedTable& published);
 
+/// Takes the cells of experiments that have no row in `results` out of `published`. Returns a line for each of these.
+std::vector<std::string> take_absent(PublishedTable& published, const Table& results);
+
 /// One line per cell that is not "yes".
 std::vector<std::string> violations(const Table& comparison);
 

@@ -12,6 +12,7 @@
 #include "io/read.hpp"
 #include "io/schema.hpp"
 #include "spec/sweep.hpp"
+#include "sweep/sensitivity.hpp"
 #include "trial/trial.hpp"
 
 namespace bayesctrl {
@@ -103,6 +104,12 @@ std::string calibration_summary(const Node& node) {
   return "calibration of " + spec.study + ", " + count(spec.vary.items.size(), "setting");
 }
 
+std::string sensitivity_summary(const Node& node) {
+  const Sensitivity spec = read_sensitivity(node);
+  return "sensitivity of " + count(spec.claims.size(), "claim") + ", " + std::to_string(spec.count) + " draws of " +
+         count(spec.experiments.items.size(), "experiment");
+}
+
 std::string published_summary(const Node& node) {
   const auto table = read<PublishedTable>(node);
   return "published table '" + table.name + "', " + count(table.cells.size(), "cell");
@@ -113,8 +120,8 @@ std::string resolved_as(const Node& node) {
   return to_yaml(to_json(read<T>(node)));
 }
 
-const std::array<SpecKind, 6>& kinds() {
-  static const std::array<SpecKind, 6> list{{
+const std::array<SpecKind, 7>& kinds() {
+  static const std::array<SpecKind, 7> list{{
       {"study", "run, simulate: a machine, a task, controllers", study_schema, affinity_to<Study>, study_summary,
        study_yaml},
       {"diagnosis", "diagnose: a nominal model and recordings", diagnosis_schema, affinity_to<DiagnosisSpec>,
@@ -125,6 +132,8 @@ const std::array<SpecKind, 6>& kinds() {
        trial_summary, resolved_as<TrialSpec>},
       {"calibration", "calibrate: settings to search for", schema_of<Calibration>, affinity_to<Calibration>,
        calibration_summary, resolved_as<Calibration>},
+      {"sensitivity", "sensitivity: claims under uncertain settings", schema_of<Sensitivity>, affinity_to<Sensitivity>,
+       sensitivity_summary, resolved_as<Sensitivity>},
       {"published_table", "table, check: published numbers and tolerances", schema_of<PublishedTable>,
        affinity_to<PublishedTable>, published_summary, resolved_as<PublishedTable>},
   }};

@@ -1,12 +1,9 @@
 #include "spec/sweep.hpp"
 
-#include <muParser.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <map>
 
 #include "base/format.hpp"
 #include "base/random.hpp"
@@ -14,6 +11,7 @@
 #include "io/read.hpp"
 #include "io/schema.hpp"
 #include "io/text.hpp"
+#include "numerics/expression.hpp"
 
 namespace bayesctrl {
 
@@ -189,16 +187,13 @@ double number_at(const ordered_json& resolved, const std::string& path, const Sw
 }
 
 bool holds(const Sweep::Constraint& constraint, const ordered_json& resolved) {
-  std::map<std::string, double> values;
   try {
-    mu::Parser parser;
-    parser.DefineNameChars("0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ");
-    parser.SetExpr(constraint.text);
-    for (const auto& [name, unused] : parser.GetUsedVar()) values[name] = number_at(resolved, name, constraint);
-    for (auto& [name, value] : values) parser.DefineVar(name, &value);
-    return parser.Eval() != 0.0;
-  } catch (const mu::Parser::exception_type& error) {
-    throw SpecError(constraint.where, "constraint '" + constraint.text + "': " + error.GetMsg() +
+    const Expression expression(constraint.text);
+    std::vector<double> values;
+    for (const std::string& name : expression.names()) values.push_back(number_at(resolved, name, constraint));
+    return expression(values) != 0.0;
+  } catch (const std::invalid_argument& error) {
+    throw SpecError(constraint.where, "constraint '" + constraint.text + "': " + error.what() +
                                           "; write a comparison of settings, e.g. 'learner.period < duration / 4'");
   }
 }

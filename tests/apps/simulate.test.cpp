@@ -12,6 +12,7 @@
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
 using io_examples::Folder;
+namespace fs = std::filesystem;
 
 TEST_CASE("simulate prints or writes t, q, v and u of a free run", "[apps]") {
   const Folder folder;
@@ -85,4 +86,13 @@ TEST_CASE("calibrate prints the best settings and what they give, as text or as 
   REQUIRE(list.size() == 2);
   CHECK(list[0]["settings"] == std::vector<std::string>{"controllers.P1.gain=3"});
   CHECK(list[0]["cells"][0]["ok"] == "yes");
+}
+
+TEST_CASE("simulate --out - writes to standard output, not to a file of that name", "[apps]") {
+  const Folder folder;
+  write_file(folder.path() / "slide.yaml", slide_text());
+  const CommandResult dash = bayesctrl_with({"simulate", "slide.yaml", "--out", "-"}, folder.path());
+  CHECK(dash.status == 0);
+  CHECK(dash.out == bayesctrl_with({"simulate", "slide.yaml"}, folder.path()).out);
+  CHECK_FALSE(fs::exists(folder.path() / "-"));
 }

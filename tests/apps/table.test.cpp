@@ -125,3 +125,45 @@ TEST_CASE("run, table and check reproduce the paper's Table 2 from the command l
   CHECK(result.status == 0);
   CHECK(result.out == "Table 2: 36 of 36 cells hold\n");
 }
+
+TEST_CASE("check of one study says once which published studies are not there", "[apps]") {
+  const Folder folder;
+  const auto check = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"check", folder.path() / "exp1", "--against", config("paper_table2.yaml")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return bayesctrl_with(arguments);
+  };
+  REQUIRE(bayesctrl_with({"run", config("exp1.yaml"), "--out", folder.path(), "--quiet", "--no-report"}).status == 0);
+  const CommandResult one = check({});
+  CHECK(one.status == 0);
+  CHECK(one.out ==
+        "exp2 is not among the results: 12 cells not checked\nexp3 is not among the results: 12 cells not checked\n"
+        "Table 2: 12 of 12 cells hold\n");
+  CHECK(nlohmann::json::parse(check({"--json"}).out)["absent"].size() == 2);
+  REQUIRE(bayesctrl_with(
+              {"run", config("exp1.yaml"), "--out", folder.path(), "--quiet", "--no-report", "--set", "name=other"})
+              .status == 0);
+  fs::rename(folder.path() / "other", folder.path() / "gone");
+  fs::remove_all(folder.path() / "exp1");
+  fs::rename(folder.path() / "gone", folder.path() / "exp1");
+  const CommandResult none = check({});
+  CHECK(none.status == 3);
+  CHECK_THAT(none.err, Catch::Contains("has no cell of the experiments in these folders"));
+}
+
+TEST_CASE("diff shows long texts cut, and whole to programs", "[apps]") {
+  const Folder folder;
+  const fs::path spec = folder.path() / "slide.yaml";
+  write_file(spec, slide_text());
+  const std::string text(3000, 'x');
+  REQUIRE(bayesctrl_with({"run", spec, "--out", folder.path() / "a", "--quiet"}).status == 0);
+  REQUIRE(
+      bayesctrl_with({"run", spec, "--out", folder.path() / "b", "--quiet", "--set", "description=" + text}).status ==
+      0);
+  const std::vector<std::string> diff{"diff", folder.path() / "a" / "slide", folder.path() / "b" / "slide"};
+  std::istringstream lines(bayesctrl_with(diff).out);
+  for (std::string line; std::getline(lines, line);) CHECK(line.size() < 250);
+  std::vector<std::string> csv = diff;
+  csv.insert(csv.end(), {"--format", "csv"});
+  CHECK_THAT(bayesctrl_with(csv).out, Catch::Contains(text));
+}

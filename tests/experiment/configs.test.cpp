@@ -5,7 +5,9 @@
 #include "experiment/read.hpp"
 #include "io/emit.hpp"
 #include "io/read.hpp"
+#include "spec/model.hpp"
 #include "support/studies.hpp"
+#include "sweep/sensitivity.hpp"
 #include "trial/trial.hpp"
 
 using namespace bayesctrl;
@@ -24,8 +26,10 @@ void check_round_trip(const T& value) {
 
 }  // namespace
 
-TEST_CASE("Every study, calibration, trial and table of configs/ is read, and the same when written out and read again",
-          "[experiment]") {
+TEST_CASE(
+    "Every study, calibration, trial, sensitivity and table of configs/ is read, and the same when written out and "
+    "read again",
+    "[experiment]") {
   int studies = 0;
   for (const auto& entry : fs::directory_iterator(fs::path(BAYESCTRL_SOURCE_DIR) / "configs")) {
     const std::string name = entry.path().filename().string();
@@ -37,6 +41,8 @@ TEST_CASE("Every study, calibration, trial and table of configs/ is read, and th
       check_round_trip(read_published(entry.path()));
     } else if (name.starts_with("trial")) {
       check_round_trip(read<TrialSpec>(read_yaml(entry.path())));
+    } else if (name.starts_with("sensitivity")) {
+      check_round_trip(read<Sensitivity>(read_yaml(entry.path())));
     } else {
       for (const Study& study : read_studies(entry.path())) check_round_trip(study);
       ++studies;
