@@ -56,8 +56,8 @@ struct IntegerDraw {
   static constexpr std::string_view kName = "integer";
   int low = 0, high = 1;
   static void fields(auto& self, auto&& field) {
-    field("low", self.low, {kAny, "", "lowest whole number", kRequired});
-    field("high", self.high, {kAny, "", "highest whole number", kRequired});
+    field("low", self.low, {between(-1e9, 1e9), "", "lowest whole number", kRequired});
+    field("high", self.high, {between(-1e9, 1e9), "", "highest whole number", kRequired});
   }
   std::string problem() const { return low <= high ? "" : "low is above high"; }
 };
