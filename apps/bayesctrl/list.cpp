@@ -13,6 +13,7 @@
 #include "physics/effect.hpp"
 #include "physics/plant.hpp"
 #include "spec/model.hpp"
+#include "spec/sweep.hpp"
 
 namespace bayesctrl {
 
@@ -89,6 +90,7 @@ constexpr Family kFamilies[] = {{"plants", [] { return family(static_cast<const 
                                 {"kernels", [] { return family(static_cast<const decltype(Kernel::form)*>(nullptr)); }},
                                 {"effects", effects},
                                 {"bases", [] { return family(static_cast<const Basis*>(nullptr)); }},
+                                {"distributions", [] { return family(static_cast<const Draw*>(nullptr)); }},
                                 {"metrics", metrics},
                                 {"settings", settings}};
 
@@ -124,7 +126,7 @@ void declare_list(CLI::App& app, ExitCode& /*exit*/) {
   auto command = std::make_shared<Command>();
   CLI::App* sub = app.add_subcommand("list",
                                      "List plants, controllers, references, kernels, effects, bases of remainders, "
-                                     "metrics and the diagnosis' settings");
+                                     "distributions of sweeps, metrics and the diagnosis' settings");
   std::vector<std::string> families;
   for (const Family& known : kFamilies) families.emplace_back(known.name);
   sub->add_option("FAMILY", command->family, "Only this family")->check(one_of(families));

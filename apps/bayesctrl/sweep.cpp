@@ -307,7 +307,7 @@ void declare_parts(CLI::App& sweep, ExitCode& exit) {
 
   CLI::App* status = add_part(sweep, command, "status", "Say what is done, what failed and why, and what is missing");
   status->callback([command] {
-    const SweepPlan planned = open_sweep(command->folder);
+    const SweepPlan planned = read_sweep(command->folder);
     const SweepStatus found = sweep_status(planned, command->folder);
     if (command->loudness.json)
       std::cout << status_json(planned, found, command->folder).dump(2) << "\n";
@@ -325,7 +325,7 @@ void declare_parts(CLI::App& sweep, ExitCode& exit) {
   CLI::App* merge = add_part(sweep, command, "merge", "Write DIR/table.csv, statistics.csv and summary.json");
   merge->add_flag("--partial", command->partial, "Even where runs are missing: each is then a row that says so");
   merge->callback([command] {
-    const Merged merged = merge_sweep(open_sweep(command->folder), command->folder, command->partial);
+    const Merged merged = merge_sweep(read_sweep(command->folder), command->folder, command->partial);
     if (command->loudness.json) {
       std::cout << ordered_json{{"n_done", merged.done},
                                 {"n_planned", merged.planned},

@@ -44,6 +44,7 @@ struct MotionSettings {
   double fastest_mode = 10.0;
   double bandwidth = 2.5;
   double samples_per_period = 20.0;
+  double thinning = 1.0;
   int polynomial_modes = 4;
   double intensity_range = 40.0;
   double prior_share = 0.2;
@@ -63,6 +64,9 @@ struct MotionSettings {
           {kPositive, "mean frequencies", "of the motion: faster machines have faster modes and shorter segments"});
     field("samples_per_period", self.samples_per_period,
           {kPositive, "samples", "of the fastest mode that the search keeps; the rest is thinned out"});
+    field("thinning", self.thinning,
+          {kPositive, "noise, squares",
+           "by which that may move simulations of a recording: evidence counts in ten times as much"});
     field("polynomial_modes", self.polynomial_modes,
           {kPositive, "", "1, t, t^2, t^3 of a segment: what cosines are slow to sum up"});
     field(

@@ -225,14 +225,19 @@ std::string read_file(const fs::path& path, std::size_t max_bytes) {
     ::close(descriptor);
     throw IoError(path.string() + ": is a device, not a file");
   }
+  const auto too_long = [&] {
+    return DataError({.file = path.string()}, "has more than " + std::to_string(max_bytes) + " bytes");
+  };
+  if (error == 0 && S_ISREG(kind.st_mode) && static_cast<std::uintmax_t>(kind.st_size) > max_bytes) {
+    ::close(descriptor);
+    throw too_long();
+  }
   std::string content;
   if (error == 0) error = read_all(descriptor, pipe, max_bytes, content);
   ::close(descriptor);
   if (error == ETIMEDOUT) throw IoError(path.string() + ": is a pipe into which nothing is written");
   if (error != 0) fail(path, error);
-  if (content.size() > max_bytes) {
-    throw DataError({.file = path.string()}, "has more than " + std::to_string(max_bytes) + " bytes");
-  }
+  if (content.size() > max_bytes) throw too_long();
   return content;
 }
 

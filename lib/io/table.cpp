@@ -29,10 +29,12 @@ void write_number(double value, int digits, std::string& out) {
   out.append(begin, written.ptr);
 }
 
-/// Quoted if a reader of CSV needs it, or if without quotes it were a number or a missing cell.
+/// Quoted if a reader of CSV needs it, or if without quotes it were a number, a missing cell or a file's byte-order
+/// mark.
 void write_text(std::string_view text, std::string& out) {
   const bool number = is_decimal(text) || text == "nan" || text == "inf" || text == "-inf";
-  if (!number && !text.empty() && text.find_first_of(",\"\r\n") == std::string_view::npos) {
+  const bool mark = text.starts_with("\xef\xbb\xbf");
+  if (!number && !mark && !text.empty() && text.find_first_of(",\"\r\n") == std::string_view::npos) {
     out += text;
     return;
   }

@@ -162,8 +162,15 @@ ordered_json study(const fs::path& folder, bool drawn) {
 /// The folders of single studies: of a sweep, those of its points.
 std::vector<fs::path> studies_in(const std::vector<fs::path>& folders) {
   std::vector<fs::path> studies;
-  for (const fs::path& folder : folders) {
+  for (const fs::path& given : folders) {
     std::vector<fs::path> points;
+    const bool planned = fs::exists(given / "manifest.json");  // by bayesctrl sweep
+    const fs::path folder = planned ? given / "runs" : given;
+    if (planned && !fs::exists(folder)) {
+      throw DataError({given.string()},
+                      "is a sweep without its runs' own files: a page needs those of sweep --keep; "
+                      "bayesctrl table shows the rows");
+    }
     if (!fs::exists(folder / "summary.json")) {
       for (const auto& entry : fs::directory_iterator(folder)) {
         if (fs::exists(entry.path() / "summary.json")) points.push_back(entry.path());

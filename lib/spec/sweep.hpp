@@ -16,6 +16,7 @@ namespace bayesctrl {
 /// Distributions of a setting that is sampled: each draw is the quantile of one uniform number.
 struct UniformDraw {
   static constexpr std::string_view kName = "uniform";
+  static constexpr std::string_view kText = "equally likely from low to high";
   double low = 0.0, high = 1.0;
   static void fields(auto& self, auto&& field) {
     field("low", self.low, {kAny, "", "lowest value", kRequired});
@@ -26,16 +27,18 @@ struct UniformDraw {
 
 struct LogUniformDraw {
   static constexpr std::string_view kName = "log_uniform";
+  static constexpr std::string_view kText = "its logarithm is uniform, for scales";
   double low = 0.1, high = 10.0;
   static void fields(auto& self, auto&& field) {
     field("low", self.low, {kPositive, "", "lowest value", kRequired});
-    field("high", self.high, {kPositive, "", "highest value; its logarithm is uniform", kRequired});
+    field("high", self.high, {kPositive, "", "highest value", kRequired});
   }
   std::string problem() const { return low <= high ? "" : "low is above high"; }
 };
 
 struct NormalDraw {
   static constexpr std::string_view kName = "normal";
+  static constexpr std::string_view kText = "normal distribution";
   double mean = 0.0, sd = 1.0;
   static void fields(auto& self, auto&& field) {
     field("mean", self.mean, {kAny, "", "mean", kRequired});
@@ -45,6 +48,7 @@ struct NormalDraw {
 
 struct LogNormalDraw {
   static constexpr std::string_view kName = "log_normal";
+  static constexpr std::string_view kText = "its logarithm is normal: a factor off the median";
   double median = 1.0, spread = 0.1;
   static void fields(auto& self, auto&& field) {
     field("median", self.median, {kPositive, "", "median", kRequired});
@@ -54,6 +58,7 @@ struct LogNormalDraw {
 
 struct IntegerDraw {
   static constexpr std::string_view kName = "integer";
+  static constexpr std::string_view kText = "whole numbers from low to high, equally likely";
   int low = 0, high = 1;
   static void fields(auto& self, auto&& field) {
     field("low", self.low, {between(-1e9, 1e9), "", "lowest whole number", kRequired});
@@ -64,6 +69,7 @@ struct IntegerDraw {
 
 struct ChoiceDraw {
   static constexpr std::string_view kName = "choice";
+  static constexpr std::string_view kText = "one of several values";
   std::vector<std::string> values;
   static void fields(auto& self, auto&& field) {
     field("values", self.values, {.text = "equally likely values, each as YAML", .required = true});

@@ -174,6 +174,7 @@ Merged merge_sweep(const SweepPlan& plan, const fs::path& folder, bool partial) 
   merged.statistics = statistics_of(parse_csv(csv, "table.csv"), plan.sweep.paths());
 
   ordered_json summary{{"name", plan.manifest.name}, {"kind", plan.manifest.kind}, {"hash", plan.manifest.hash}};
+  summary["revision"] = plan.manifest.revision;
   summary["n_done"] = merged.done;
   summary["n_planned"] = merged.planned;
   summary["statistics"] = to_json(merged.statistics);

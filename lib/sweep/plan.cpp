@@ -193,10 +193,14 @@ SweepPlan plan_sweep(const SweepRequest& request, const fs::path& folder) {
   return plan;
 }
 
-SweepPlan open_sweep(const fs::path& folder) {
+SweepPlan read_sweep(const fs::path& folder) {
   SweepManifest manifest = read_manifest(folder);
   const std::string text = manifest.text;
-  SweepPlan plan = read_plan(std::move(manifest), text);
+  return read_plan(std::move(manifest), text);
+}
+
+SweepPlan open_sweep(const fs::path& folder) {
+  SweepPlan plan = read_sweep(folder);
   require_unchanged(plan, folder);
   return plan;
 }

@@ -84,8 +84,11 @@ struct SweepRequest {
 /// same spec stays as it is. Throws SpecError, DataError or IoError, also where the folder is another sweep's.
 SweepPlan plan_sweep(const SweepRequest& request, const std::filesystem::path& folder);
 
-/// A planned folder. Throws DataError where the manifest is damaged, where the spec or a recording has changed since,
-/// or where another revision of the program planned it.
+/// A planned folder as it is, to look at and to merge what is there. Throws DataError where the manifest is damaged.
+SweepPlan read_sweep(const std::filesystem::path& folder);
+
+/// A planned folder that is to be worked on. Throws DataError where the manifest is damaged, where the spec or a
+/// recording has changed since, or where another revision of the program planned it.
 SweepPlan open_sweep(const std::filesystem::path& folder);
 
 }  // namespace bayesctrl

@@ -221,3 +221,47 @@ TEST_CASE("A recording that is given twice, or copied, is not counted twice", "[
   check_refused(given("run.csv, copy.csv"), 3, "'copy.csv' holds the samples of 'run.csv'");
   CHECK(given("{file: run.csv, to: 1.4}, {file: run.csv, from: 1.5}").status == 0);
 }
+
+TEST_CASE("A spec or table of a gigabyte is refused without being read, a billion nested aliases as well",
+          "[apps][attack]") {
+  const Folder folder;
+  const auto bounded = [&](const std::string& command) {  // 400 MB of address space
+    return run_command({"bash", "-c", "ulimit -v 400000; exec " BAYESCTRL_BINARY " " + command}, folder.path());
+  };
+  write_file(folder.path() / "big.yaml", "name: ");
+  fs::resize_file(folder.path() / "big.yaml", std::uintmax_t{1} << 30);  // one line, of zeros
+  check_refused(bounded("validate big.yaml"), 3, "big.yaml: has more than 1048576 bytes");
+  check_refused(bounded("sweep big.yaml --out out"), 3, "big.yaml: has more than 1048576 bytes");
+  fs::create_directory(folder.path() / "results");
+  write_file(folder.path() / "results" / "table.csv", "experiment,controller,status\n");
+  fs::resize_file(folder.path() / "results" / "table.csv", std::uintmax_t{1} << 30);
+  check_refused(bounded("table results"), 3, "table.csv: has more than 268435456 bytes");
+
+  std::string aliases = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string own = "a" + std::to_string(i), below = "*a" + std::to_string(i - 1);
+    aliases += own + ": &" + own + " [" + below;
+    for (int k = 1; k < 10; ++k) aliases += ", " + below;
+    aliases += "]\n";
+  }
+  write_file(folder.path() / "aliases.yaml", aliases);
+  check_refused(bounded("validate aliases.yaml"), 3, "aliases.yaml:");
+  check_refused(bounded("run aliases.yaml"), 3, "aliases.yaml:");
+}
+
+TEST_CASE("Names that climb out of their folder stay in it, recordings elsewhere are told as missing",
+          "[apps][attack]") {
+  const Folder folder;
+  const fs::path inside = folder.path() / "a" / "b";
+  fs::create_directories(inside);
+  std::string text = slide_text();
+  text.replace(text.find("name: slide"), 11, "name: ../../etc/x");
+  write_file(inside / "slide.yaml", text);
+  CHECK(bayesctrl_with({"run", "slide.yaml", "--out", "out", "--quiet"}, inside).status == 0);
+  CHECK(bayesctrl_with({"sweep", "slide.yaml", "--quiet"}, inside).status == 0);
+  CHECK_FALSE(fs::exists(folder.path() / "etc"));
+  CHECK_FALSE(fs::exists(folder.path() / "a" / "etc"));
+  write_file(inside / "d.yaml", diagnosis_text("../../etc/x", "../../etc/x"));
+  check_refused(bayesctrl_with({"diagnose", "d.yaml"}, inside), 3, "../../etc/x");
+  check_refused(bayesctrl_with({"sweep", "d.yaml"}, inside), 3, "../../etc/x");
+}

@@ -78,6 +78,12 @@ TEST_CASE("A sweep by --set, --limit, --seed and --keep", "[apps][sweep]") {
   const std::string table = table_of(out);
   CHECK(std::count(table.begin(), table.end(), '\n') == 1 + 2 * 4);
   CHECK(fs::exists(out / "runs" / "000002" / "P1" / "trajectory.csv"));
+  CHECK(bayesctrl_with({"report", out}).status == 0);
+  CHECK(fs::exists(out / "report.html"));
+  fs::remove_all(out / "runs");
+  const CommandResult report = bayesctrl_with({"report", out});
+  CHECK(report.status == 3);
+  CHECK_THAT(report.err, Catch::Contains("is a sweep without its runs' own files"));
   CHECK(sweep_with({spec, "--set", "sweep={repeat: 2}", "--seed", "1", "--out", folder.path() / "a"}).status == 0);
   CHECK(sweep_with({spec, "--set", "sweep={repeat: 2}", "--seed", "2", "--out", folder.path() / "b"}).status == 0);
   CHECK(table_of(folder.path() / "a") != table_of(folder.path() / "b"));

@@ -201,6 +201,20 @@ TEST_CASE("A spec that has changed since the plan is refused, its remarks may ch
   CHECK(planned.merged() == undisturbed());
 }
 
+TEST_CASE("What is there can be looked at and merged after the spec or the program has changed", "[sweep]") {
+  const Planned planned;
+  planned.run();
+  std::string text = read_file(planned.folder / "manifest.json", kMost);
+  text.replace(text.find("\"revision\": \"") + 13, 0, "other-");
+  write_file(planned.folder / "manifest.json", text);
+  fs::remove(planned.spec);
+  CHECK_THROWS_AS(open_sweep(planned.folder), DataError);
+  const SweepPlan known = read_sweep(planned.folder);
+  CHECK(sweep_status(known, planned.folder).done == 15);
+  merge_sweep(known, planned.folder, false);
+  CHECK(read_file(planned.folder / "table.csv", kMost) == undisturbed());
+}
+
 TEST_CASE("Planning again is harmless, another sweep in the same folder is refused", "[sweep]") {
   const Planned planned;
   CHECK(plan_sweep({planned.spec, "study", {}, 0}, planned.folder).manifest.hash == planned.plan.manifest.hash);

@@ -116,45 +116,6 @@ double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& 
   return highest;
 }
 
-std::vector<Measured> decimated(const std::vector<Measured>& data, double rate) {
-  std::vector<Measured> result;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    const Measured& m = data[r];
-    const auto factor = static_cast<std::size_t>(1.0 / (sample_period(m.time) * rate) + 1e-6);
-    if (factor < 2) {
-      result.push_back(m);
-      continue;
-    }
-    Measured less{m.name, {}, {}, {}, m.start, m.linear_hold};
-    std::vector<Eigen::Index> kept;
-    std::vector<Eigen::RowVectorXd> input;
-    for (const Segment& stretch : stretches(m, r)) {
-      for (std::size_t k = stretch.first; k <= stretch.last; k += factor) {
-        const std::size_t end = std::min(k + factor, stretch.last + 1);
-        Eigen::RowVectorXd impulse = Eigen::RowVectorXd::Zero(m.input.cols());
-        double span = 0.0;
-        for (std::size_t i = k; i < end; ++i) {
-          const double h = i + 1 < m.samples() ? std::min(m.time[i + 1] - m.time[i], 2.0 / rate) : 1.0 / rate;
-          impulse += h * m.input.row(static_cast<Eigen::Index>(i));
-          span += h;
-        }
-        kept.push_back(static_cast<Eigen::Index>(k));
-        less.time.push_back(m.time[k]);
-        input.push_back(impulse / span);
-      }
-    }
-    less.position.resize(static_cast<Eigen::Index>(kept.size()), m.position.cols());
-    less.input.resize(less.position.rows(), m.input.cols());
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      less.position.row(row) = m.position.row(kept[i]);
-      less.input.row(row) = input[i];
-    }
-    result.push_back(std::move(less));
-  }
-  return result;
-}
-
 double recorded_seconds(const std::vector<Measured>& data) {
   double sum = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {

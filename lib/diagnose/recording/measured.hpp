@@ -54,10 +54,6 @@ Eigen::VectorXd noise_level(const std::vector<Measured>& data);
 /// Mean frequency of the motion, Hz: RMS speed over RMS position, of the fastest joint.
 double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& noise);
 
-/// Every `factor`-th sample, with the mean of the inputs in between: enough where the mechanics is far slower than the
-/// sampling. Recordings sampled at less than twice `rate` (Hz) stay as they are.
-std::vector<Measured> decimated(const std::vector<Measured>& data, double rate);
-
 /// Of more than `seconds` of samples without a gap, excerpts of `length` seconds and of about that much in all, evenly
 /// spread; what lies between them is a gap. Each recording begins with one, and its last sample stays: so does its
 /// duration. Of many recordings they are shorter.

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/format.hpp"
+#include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
 #include "diagnose/verdict/judge.hpp"
@@ -283,8 +284,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   Diagnosis& diagnosis = result.diagnosis;
   const ExplainOptions options = search_options(spec, recordings, noise);
   const std::vector<Measured> data =
-      decimated(excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt),
-                kSettings.motion.samples_per_period * options.fastest_mode);
+      decimated(*spec.model.plant, excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt),
+                noise, kSettings.motion.samples_per_period * options.fastest_mode);
   const auto compared = [](const std::vector<Measured>& all) {
     return excerpts(all, kSettings.recording.compared, kSettings.recording.excerpt);
   };

@@ -1,0 +1,197 @@
+#include "diagnose/motion/decimate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "diagnose/motion/smoother.hpp"
+#include "diagnose/settings.hpp"
+#include "numerics/dense.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr double kBeyond = 1e-3;  // of an input's range: smooth ones have their peaks between samples, steps do not
+
+/// What the inputs between two samples that stay are replaced by.
+enum class Keep { mean, moment };
+
+/// One stretch without a gap: samples that stay, and the input from each to the next.
+struct Thin {
+  std::vector<std::size_t> kept;
+  Eigen::MatrixXd input;
+};
+
+/// Duration for which an input is held; the last one of a stretch for as long as the one before.
+double held(const Measured& m, const Segment& stretch, std::size_t i) {
+  const std::size_t k = i < stretch.last || i == stretch.first ? i : i - 1;
+  return k + 1 < m.samples() ? m.time[k + 1] - m.time[k] : 0.0;
+}
+
+/// The impulse of each interval is kept and, with Keep::moment, its time: what came later than the middle of an
+/// interval is partly handed to the next. Nothing where that would leave the range of the inputs around
+/// by more than kBeyond.
+std::optional<Thin> thinned(const Measured& m, const Segment& stretch, std::size_t factor, Keep keep) {
+  Thin thin;
+  for (std::size_t k = stretch.first; k <= stretch.last; k += factor) thin.kept.push_back(k);
+  const auto count = static_cast<Eigen::Index>(thin.kept.size());
+  thin.input.resize(count, m.input.cols());
+  Eigen::RowVectorXd carried = Eigen::RowVectorXd::Zero(m.input.cols());
+  const Eigen::RowVectorXd slack = kBeyond * (m.input.colwise().maxCoeff() - m.input.colwise().minCoeff());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::size_t first = thin.kept[static_cast<std::size_t>(i)];
+    const std::size_t end = std::min(first + factor, stretch.last + 1);
+    if (m.linear_hold) {  // what lies between is a straight line
+      thin.input.row(i) = m.input.row(static_cast<Eigen::Index>(first));
+      continue;
+    }
+    double span = 0.0;
+    for (std::size_t k = first; k < end; ++k) span += held(m, stretch, k);
+    Eigen::RowVectorXd impulse = Eigen::RowVectorXd::Zero(m.input.cols()), moment = impulse, low = impulse,
+                       high = impulse;
+    double passed = 0.0;
+    low.setConstant(kInfinity);
+    high.setConstant(-kInfinity);
+    const std::size_t before = first - stretch.first >= factor ? first - factor : stretch.first;
+    const std::size_t after = std::min(end + factor, stretch.last + 1);
+    for (std::size_t k = before; k < after; ++k) {
+      const auto u = m.input.row(static_cast<Eigen::Index>(k));
+      low = low.cwiseMin(u);
+      high = high.cwiseMax(u);
+      if (k < first || k >= end) continue;
+      const double h = held(m, stretch, k);
+      impulse += h * u;
+      moment += h * (passed + 0.5 * h - 0.5 * span) * u;
+      passed += h;
+    }
+    const bool full = end - first == factor;
+    const Eigen::RowVectorXd handed =
+        full ? Eigen::RowVectorXd(moment / span) : Eigen::RowVectorXd::Zero(m.input.cols());
+    if (keep == Keep::moment) impulse += carried - handed;
+    carried = handed;
+    thin.input.row(i) = impulse / span;
+    if (keep == Keep::mean) continue;
+    const bool within = ((thin.input.row(i) - low + slack).array() >= 0.0).all() &&
+                        ((high - thin.input.row(i) + slack).array() >= 0.0).all();
+    if (!within) return std::nullopt;
+  }
+  return thin;
+}
+
+/// A recording that holds one stretch, thinned out.
+Measured recording_of(const Measured& m, const Thin& thin) {
+  Measured less{m.name, {}, {}, thin.input, m.start, m.linear_hold};
+  less.position.resize(thin.input.rows(), m.position.cols());
+  for (std::size_t i = 0; i < thin.kept.size(); ++i) {
+    less.time.push_back(m.time[thin.kept[i]]);
+    less.position.row(static_cast<Eigen::Index>(i)) = m.position.row(static_cast<Eigen::Index>(thin.kept[i]));
+  }
+  return less;
+}
+
+/// Positions of the nominal, in units of the noise, at samples first + 1 to last of a recording: every one of them, or
+/// at `kept` ones. Shorter where it diverges.
+Eigen::MatrixXd simulated(const Plant& nominal, const Measured& m, const std::vector<std::size_t>& kept,
+                          std::size_t first, std::size_t last, const Eigen::VectorXd& start,
+                          const Eigen::VectorXd& noise) {
+  const Eigen::Index n = noise.size();
+  JointVector q = start.head(n), v = start.tail(n);
+  Eigen::MatrixXd positions(static_cast<Eigen::Index>(last - first), n);
+  for (std::size_t i = first; i < last; ++i) {
+    const std::size_t from = kept.empty() ? i : kept[i], to = kept.empty() ? i + 1 : kept[i + 1];
+    for (std::size_t k = from; k < to; ++k) propagate(nominal, q, v, m, k, JointVector::Zero(n));
+    if (!q.allFinite()) return positions.topRows(static_cast<Eigen::Index>(i - first));
+    positions.row(static_cast<Eigen::Index>(i - first)) = q.cwiseQuotient(JointVector(noise)).transpose();
+  }
+  return positions;
+}
+
+/// Sum of squares, in units of the noise, by which the thinned inputs move simulations of the nominal over windows,
+/// less what other starts do.
+double moved(const Plant& nominal, const Measured& m, const Measured& less, const Thin& thin,
+             const Eigen::VectorXd& noise, double length) {
+  constexpr double kChange = 1e-4;  // of the start: rad or m, and per second
+  const Eigen::Index n = noise.size();
+  double sum = 0.0;
+  for (std::size_t first = 0; first + kFewestInWindow < thin.kept.size();) {
+    std::size_t last = first;
+    while (last + 1 < thin.kept.size() && less.time[last] - less.time[first] < length) ++last;
+    const std::size_t ahead = std::min(first + 4, last);
+    Eigen::VectorXd start(2 * n);
+    start << less.position.row(static_cast<Eigen::Index>(first)).transpose(),
+        (less.position.row(static_cast<Eigen::Index>(ahead)) - less.position.row(static_cast<Eigen::Index>(first)))
+                .transpose() /
+            (less.time[ahead] - less.time[first]);
+    const auto run = [&](const Eigen::VectorXd& x) { return simulated(nominal, less, {}, first, last, x, noise); };
+    const Eigen::MatrixXd fine = simulated(nominal, m, thin.kept, first, last, start, noise), coarse = run(start);
+    std::vector<Eigen::MatrixXd> moved_starts;
+    Eigen::Index rows = std::min(fine.rows(), coarse.rows());
+    for (Eigen::Index c = 0; c < 2 * n; ++c) {
+      Eigen::VectorXd other = start;
+      other[c] += kChange;
+      moved_starts.push_back(run(other));
+      rows = std::min(rows, moved_starts.back().rows());
+    }
+    first = last;
+    if (rows * n <= 2 * n) continue;
+    Eigen::MatrixXd by_start(rows * n, 2 * n);
+    for (Eigen::Index c = 0; c < 2 * n; ++c) {
+      by_start.col(c) = (moved_starts[static_cast<std::size_t>(c)].topRows(rows) - coarse.topRows(rows)).reshaped();
+      by_start.col(c).normalize();
+    }
+    const Eigen::VectorXd apart = (fine.topRows(rows) - coarse.topRows(rows)).reshaped();
+    sum += (apart - by_start * solve_symmetric(by_start.transpose() * by_start, by_start.transpose() * apart))
+               .squaredNorm();
+  }
+  return sum;
+}
+
+void add(Measured& all, const Measured& part) {
+  const Eigen::Index before = all.position.rows(), more = part.position.rows();
+  all.time.insert(all.time.end(), part.time.begin(), part.time.end());
+  all.position.conservativeResize(before + more, part.position.cols());
+  all.input.conservativeResize(before + more, part.input.cols());
+  all.position.bottomRows(more) = part.position;
+  all.input.bottomRows(more) = part.input;
+}
+
+/// The whole recording by one factor; nothing where that shows.
+std::optional<Measured> thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
+                                const Eigen::VectorXd& noise) {
+  Measured all{m.name, {}, {}, {}, m.start, m.linear_hold};
+  double sum = 0.0;
+  for (const Segment& stretch : stretches(m, r)) {
+    const std::optional<Thin> thin = thinned(m, stretch, factor, keep);
+    if (!thin) return std::nullopt;
+    const Measured less = recording_of(m, *thin);
+    sum += moved(nominal, m, less, *thin, noise, kSettings.motion.segment);
+    if (!(sum < kSettings.motion.thinning)) return std::nullopt;
+    add(all, less);
+  }
+  return all;
+}
+
+Measured thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t most,
+                 const Eigen::VectorXd& noise) {
+  for (std::size_t factor = most; factor > 1; factor /= 2) {
+    for (const Keep keep : {Keep::mean, Keep::moment}) {
+      if (std::optional<Measured> less = thinned(nominal, m, r, factor, keep, noise)) return *std::move(less);
+    }
+  }
+  return m;
+}
+
+}  // namespace
+
+std::vector<Measured> decimated(const Plant& nominal, const std::vector<Measured>& data, const Eigen::VectorXd& noise,
+                                double rate) {
+  std::vector<Measured> result;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const auto factor = static_cast<std::size_t>(1.0 / (sample_period(data[r].time) * rate) + 1e-6);
+    result.push_back(factor < 2 ? data[r] : thinned(nominal, data[r], r, factor, noise));
+  }
+  return result;
+}
+
+}  // namespace bayesctrl
