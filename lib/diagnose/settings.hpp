@@ -45,6 +45,7 @@ struct MotionSettings {
   double bandwidth = 2.5;
   double samples_per_period = 20.0;
   double thinning = 1.0;
+  double thinning_share = 1e-3;
   int polynomial_modes = 4;
   double intensity_range = 40.0;
   double prior_share = 0.2;
@@ -67,6 +68,9 @@ struct MotionSettings {
     field("thinning", self.thinning,
           {kPositive, "noise, squares",
            "by which that may move simulations of a recording: evidence counts in ten times as much"});
+    field("thinning_share", self.thinning_share,
+          {kPositive, "",
+           "of what the nominal leaves, by which it may move them: a third of what is listed as an effect"});
     field("polynomial_modes", self.polynomial_modes,
           {kPositive, "", "1, t, t^2, t^3 of a segment: what cosines are slow to sum up"});
     field(

@@ -249,7 +249,7 @@ TEST_CASE("A manifest that was edited or damaged is refused", "[sweep]") {
   CHECK_THAT(planned.refusal(), Catch::Contains("is no planned sweep"));
 }
 
-TEST_CASE("--limit takes the first runs, constraints leave points out", "[sweep]") {
+TEST_CASE("A limit takes the first runs, constraints leave points out", "[sweep]") {
   const Planned limited(kSweep, 0, 6);
   CHECK(limited.plan.manifest.runs == 6);
   limited.run();
@@ -321,7 +321,7 @@ TEST_CASE("A sweep of a diagnosis has a row for each, and notices that a recordi
   CHECK_THAT(error_of<Error>([&] { open_sweep(folder); }), Catch::Contains("a.csv: has changed since the sweep"));
 }
 
-TEST_CASE("Work in parallel is done once each, by as many threads as are asked for; an exception arrives",
+TEST_CASE("Work in parallel is done once each, by as many threads as are asked for, an exception arrives",
           "[numerics]") {
   for (const int jobs : {0, 1, 2, 5}) {
     std::vector<int> done(1000, 0);

@@ -107,42 +107,102 @@ Eigen::MatrixXd simulated(const Plant& nominal, const Measured& m, const std::ve
   return positions;
 }
 
-/// Sum of squares, in units of the noise, by which the thinned inputs move simulations of the nominal over windows,
-/// less what other starts do.
-double moved(const Plant& nominal, const Measured& m, const Measured& less, const Thin& thin,
-             const Eigen::VectorXd& noise, double length) {
-  constexpr double kChange = 1e-4;  // of the start: rad or m, and per second
+/// Sums of squares over windows, in units of the noise, less what other starts of the windows do.
+struct Shown {
+  double moved = 0.0;  // of simulations of the nominal, by the thinned inputs
+  double left = 0.0;   // of what these lack of the measured positions, beyond the noise
+
+  void operator+=(const Shown& more) {
+    moved += more.moved;
+    left += more.left;
+  }
+};
+
+/// Simulations of one window about a start.
+struct About {
+  Eigen::MatrixXd positions;  // samples x joints
+  Eigen::MatrixXd by_start;   // (samples * joints) x states, per unit of each
+
+  Eigen::Index rows() const { return positions.rows(); }
+
+  /// Of the first rows alone.
+  About until(Eigen::Index count) const {
+    const Eigen::Index n = positions.cols();
+    About part{positions.topRows(count), Eigen::MatrixXd(count * n, by_start.cols())};
+    for (Eigen::Index j = 0; j < n; ++j) {
+      part.by_start.middleRows(j * count, count) = by_start.middleRows(j * rows(), count);
+    }
+    return part;
+  }
+
+  /// Change of the start that explains `apart` best.
+  Eigen::VectorXd change(const Eigen::VectorXd& apart) const {
+    const Eigen::VectorXd size = by_start.colwise().norm();
+    const Eigen::MatrixXd scaled = by_start * size.cwiseInverse().asDiagonal();
+    return solve_symmetric(scaled.transpose() * scaled, scaled.transpose() * apart).reshaped().cwiseQuotient(size);
+  }
+};
+
+About about(const Eigen::VectorXd& start, auto&& run) {
+  constexpr double kChange = 1e-5;  // rad or m, and per second
+  const Eigen::Index states = start.size(), n = states / 2;
+  About result{run(start), {}};
+  std::vector<Eigen::MatrixXd> others;
+  Eigen::Index rows = result.positions.rows();
+  for (Eigen::Index c = 0; c < states; ++c) {
+    Eigen::VectorXd other = start;
+    other[c] += kChange;
+    others.push_back(run(other));
+    rows = std::min(rows, others.back().rows());
+  }
+  result.positions.conservativeResize(rows, n);
+  result.by_start.resize(rows * n, states);
+  for (Eigen::Index c = 0; c < states; ++c) {
+    result.by_start.col(c) =
+        (others[static_cast<std::size_t>(c)].topRows(rows) - result.positions).reshaped() / kChange;
+  }
+  return result;
+}
+
+Shown shown_in(const Plant& nominal, const Measured& m, const Measured& less, const Thin& thin,
+               const Eigen::VectorXd& noise, std::size_t first, std::size_t last) {
   const Eigen::Index n = noise.size();
-  double sum = 0.0;
+  const Eigen::MatrixXd measured =
+      less.position.middleRows(static_cast<Eigen::Index>(first) + 1, static_cast<Eigen::Index>(last - first)) *
+      noise.cwiseInverse().asDiagonal();
+  const std::size_t ahead = std::min(first + 4, last);
+  const auto at = [&](std::size_t i) { return less.position.row(static_cast<Eigen::Index>(i)).transpose(); };
+  Eigen::VectorXd start(2 * n);
+  start << at(first), (at(ahead) - at(first)) / (less.time[ahead] - less.time[first]);
+  const auto run = [&](const Eigen::VectorXd& x) { return simulated(nominal, less, {}, first, last, x, noise); };
+  About coarse = about(start, run);
+  for (const Eigen::Index part :
+       {8, 4, 2, 1, 1}) {  // more and more of the window: far from its start it may be chaotic
+    const Eigen::Index rows = coarse.rows() / part;
+    if (rows < 4) continue;
+    start += coarse.until(rows).change((measured.topRows(rows) - coarse.positions.topRows(rows)).reshaped());
+    coarse = about(start, run);
+  }
+  const Eigen::MatrixXd fine = simulated(nominal, m, thin.kept, first, last, start, noise);
+  if (coarse.rows() <= 2 || fine.rows() < coarse.rows()) return {};
+  const auto squares = [&](const Eigen::MatrixXd& apart) {
+    const Eigen::VectorXd flat = apart.reshaped();
+    return (flat - coarse.by_start * coarse.change(flat)).squaredNorm();
+  };
+  return {
+      squares(fine.topRows(coarse.rows()) - coarse.positions),
+      squares(measured.topRows(coarse.rows()) - fine.topRows(coarse.rows())) - static_cast<double>(n * coarse.rows())};
+}
+
+/// The same over windows of `length` seconds.
+Shown shown_by(const Plant& nominal, const Measured& m, const Measured& less, const Thin& thin,
+               const Eigen::VectorXd& noise, double length) {
+  Shown sum;
   for (std::size_t first = 0; first + kFewestInWindow < thin.kept.size();) {
     std::size_t last = first;
     while (last + 1 < thin.kept.size() && less.time[last] - less.time[first] < length) ++last;
-    const std::size_t ahead = std::min(first + 4, last);
-    Eigen::VectorXd start(2 * n);
-    start << less.position.row(static_cast<Eigen::Index>(first)).transpose(),
-        (less.position.row(static_cast<Eigen::Index>(ahead)) - less.position.row(static_cast<Eigen::Index>(first)))
-                .transpose() /
-            (less.time[ahead] - less.time[first]);
-    const auto run = [&](const Eigen::VectorXd& x) { return simulated(nominal, less, {}, first, last, x, noise); };
-    const Eigen::MatrixXd fine = simulated(nominal, m, thin.kept, first, last, start, noise), coarse = run(start);
-    std::vector<Eigen::MatrixXd> moved_starts;
-    Eigen::Index rows = std::min(fine.rows(), coarse.rows());
-    for (Eigen::Index c = 0; c < 2 * n; ++c) {
-      Eigen::VectorXd other = start;
-      other[c] += kChange;
-      moved_starts.push_back(run(other));
-      rows = std::min(rows, moved_starts.back().rows());
-    }
+    sum += shown_in(nominal, m, less, thin, noise, first, last);
     first = last;
-    if (rows * n <= 2 * n) continue;
-    Eigen::MatrixXd by_start(rows * n, 2 * n);
-    for (Eigen::Index c = 0; c < 2 * n; ++c) {
-      by_start.col(c) = (moved_starts[static_cast<std::size_t>(c)].topRows(rows) - coarse.topRows(rows)).reshaped();
-      by_start.col(c).normalize();
-    }
-    const Eigen::VectorXd apart = (fine.topRows(rows) - coarse.topRows(rows)).reshaped();
-    sum += (apart - by_start * solve_symmetric(by_start.transpose() * by_start, by_start.transpose() * apart))
-               .squaredNorm();
   }
   return sum;
 }
@@ -160,16 +220,19 @@ void add(Measured& all, const Measured& part) {
 std::optional<Measured> thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
                                 const Eigen::VectorXd& noise) {
   Measured all{m.name, {}, {}, {}, m.start, m.linear_hold};
-  double sum = 0.0;
+  Shown sum;
+  double samples = 0.0;
   for (const Segment& stretch : stretches(m, r)) {
     const std::optional<Thin> thin = thinned(m, stretch, factor, keep);
     if (!thin) return std::nullopt;
     const Measured less = recording_of(m, *thin);
-    sum += moved(nominal, m, less, *thin, noise, kSettings.motion.segment);
-    if (!(sum < kSettings.motion.thinning)) return std::nullopt;
+    sum += shown_by(nominal, m, less, *thin, noise, kSettings.motion.segment);
+    samples += static_cast<double>(less.position.size());
     add(all, less);
   }
-  return all;
+  const double significant = sum.left - 5.0 * std::sqrt(2.0 * samples);
+  const double most = std::max(kSettings.motion.thinning, kSettings.motion.thinning_share * significant);
+  return sum.moved < most ? std::optional(std::move(all)) : std::nullopt;
 }
 
 Measured thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t most,
