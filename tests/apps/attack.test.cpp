@@ -235,8 +235,8 @@ TEST_CASE("A spec or table of a gigabyte is refused without being read, a billio
   };
   write_file(folder.path() / "big.yaml", "name: ");
   fs::resize_file(folder.path() / "big.yaml", std::uintmax_t{1} << 30);  // one line, of zeros
-  check_refused(bounded("validate big.yaml"), 3, "big.yaml: has more than 1048576 bytes");
-  check_refused(bounded("sweep big.yaml --out out"), 3, "big.yaml: has more than 1048576 bytes");
+  check_refused(bounded("validate big.yaml"), 3, "at most 1048576");
+  check_refused(bounded("sweep big.yaml --out out"), 3, "at most 1048576");
   fs::create_directory(folder.path() / "results");
   write_file(folder.path() / "results" / "table.csv", "experiment,controller,status\n");
   fs::resize_file(folder.path() / "results" / "table.csv", std::uintmax_t{1} << 30);
