@@ -157,8 +157,12 @@ void run_all(const std::vector<Study>& studies, const RunOptions& options, const
     for (const std::size_t c : chain.controllers) {
       const auto& [name, controller] = studies[chain.study].controllers.items[c];
       const auto begin = Clock::now();
-      result.outcomes[c] = options.stop && options.stop() ? failure(name, std::string(kInterrupted))
-                                                          : run_controller(result, name, controller);
+      Outcome outcome = options.stop && options.stop() ? failure(name, std::string(kInterrupted))
+                                                       : run_controller(result, name, controller);
+      Outcome& slot = result.outcomes[c];  // whose name stays: other chains look for theirs meanwhile
+      slot.result = std::move(outcome.result);
+      slot.start_drift_points = outcome.start_drift_points;
+      slot.start_gain_points = outcome.start_gain_points;
       end_controller(chain.study, std::chrono::duration<double>(Clock::now() - begin).count());
     }
     if (!is_last(chain.study)) return;
