@@ -216,9 +216,15 @@ void add(Measured& all, const Measured& part) {
   all.input.bottomRows(more) = part.input;
 }
 
-/// The whole recording by one factor; nothing where that shows.
-std::optional<Measured> thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
-                                const Eigen::VectorXd& noise) {
+/// The whole recording by one factor, and how much that shows.
+struct Thinned {
+  Measured data;
+  double moved = 0.0;  // squares, in units of the noise
+  double lacks = 0.0;  // what is significant of what the nominal leaves
+};
+
+std::optional<Thinned> thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
+                               const Eigen::VectorXd& noise) {
   Measured all{m.name, {}, {}, {}, m.start, m.linear_hold};
   Shown sum;
   double samples = 0.0;
@@ -230,19 +236,22 @@ std::optional<Measured> thinned(const Plant& nominal, const Measured& m, std::si
     samples += static_cast<double>(less.position.size());
     add(all, less);
   }
-  const double significant = sum.left - 5.0 * std::sqrt(2.0 * samples);
-  const double most = std::max(kSettings.motion.thinning, kSettings.motion.thinning_share * significant);
-  return sum.moved < most ? std::optional(std::move(all)) : std::nullopt;
+  return Thinned{std::move(all), sum.moved, sum.left - 5.0 * std::sqrt(2.0 * samples)};
 }
 
+/// What does not show beside the noise comes first, then what does not beside what the nominal lacks.
 Measured thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t most,
                  const Eigen::VectorXd& noise) {
+  std::optional<Thinned> second;
   for (std::size_t factor = most; factor > 1; factor /= 2) {
     for (const Keep keep : {Keep::mean, Keep::moment}) {
-      if (std::optional<Measured> less = thinned(nominal, m, r, factor, keep, noise)) return *std::move(less);
+      std::optional<Thinned> found = thinned(nominal, m, r, factor, keep, noise);
+      if (!found) continue;
+      if (found->moved < kSettings.motion.thinning) return std::move(found->data);
+      if (!second && found->moved < kSettings.motion.thinning_share * found->lacks) second = std::move(found);
     }
   }
-  return m;
+  return second ? std::move(second->data) : m;
 }
 
 }  // namespace
