@@ -117,13 +117,7 @@ Table compact(const Table& table, const Plant& plant) {
     const bool shown = column.name != "energy_riemann" && column.name != "new_drift_points" &&
                        column.name != "new_gain_points" && column.name != "refused_gain_estimates" &&
                        column.name != "tuning_evaluations" && column.name != "final_error";
-    bool empty = true;
-    for (std::size_t i = 0; i < column.size() && empty; ++i) {
-      const Cell cell = column.at(i);
-      const auto* text = std::get_if<std::string>(&cell);
-      empty = std::holds_alternative<std::monostate>(cell) || (text != nullptr && text->empty());
-    }
-    if (!shown || empty) continue;
+    if (!shown || is_empty(column)) continue;
     result.columns.push_back(column);
     result.columns.back().unit = unit_for(plant, column.unit);
   }

@@ -53,7 +53,8 @@ void write(const SensitivityResult& result, const Sensitivity& spec, const std::
 }
 
 ExitCode run(const SensitivityCommand& command) {
-  const Sensitivity spec = read_sensitivity(read_spec(command.spec, command.assignments, "sensitivity"));
+  const Node node = read_spec(command.spec, command.assignments, "sensitivity");
+  const Sensitivity spec = read_sensitivity(node);
   const fs::path out = command.out.empty() ? fs::path("results") / slug(spec.name) : fs::path(command.out);
   const bool silent = command.loudness.quiet || command.loudness.json;
   Progress progress(Progress::choose(command.loudness.progress, silent), "runs");
@@ -62,7 +63,7 @@ ExitCode run(const SensitivityCommand& command) {
   options.limit = command.limit;
   options.progress = [&](std::size_t done, std::size_t total) { progress(done, total); };
   options.stop = interrupted;
-  const std::optional<SensitivityResult> result = run_sensitivity(command.spec, command.assignments, out, options);
+  const std::optional<SensitivityResult> result = run_sensitivity(spec, folder_of(node), out, options);
   progress.clear();
   if (!result) {
     std::cerr << "interrupted: finished runs are kept; the same command does the rest\n";

@@ -34,19 +34,21 @@ struct SweepCommand {
   bool silent() const { return loudness.quiet || loudness.json; }
 };
 
-SweepPlan plan_of(const SweepCommand& command, const fs::path& folder) {
+/// What is planned and where.
+struct AskedSweep {
+  SweepRequest request;
+  fs::path folder;
+};
+
+AskedSweep asked(const SweepCommand& command) {
   std::vector<std::string> assignments = command.assignments;
   if (command.seed) assignments.push_back("seed=" + std::to_string(*command.seed));
-  const std::string kind(kind_of(read_spec(command.spec, assignments)).name);
-  return plan_sweep({command.spec, kind, assignments, command.limit}, folder);
-}
-
-fs::path folder_of(const SweepCommand& command) {
-  if (!command.out.empty()) return command.out;
-  const Node spec = read_spec(command.spec, command.assignments);
-  const Node::Entry* name = spec.kind == Node::Kind::map ? spec.find("name") : nullptr;
-  return fs::path("results") / "sweep" /
-         slug(name != nullptr ? name->value.text : fs::path(command.spec).stem().string());
+  const Node spec = read_spec(command.spec, assignments);
+  const std::string kind(kind_of(spec).name);
+  const Node::Entry* name = spec.find("name");
+  const std::string named = name != nullptr ? name->value.text : fs::path(command.spec).stem().string();
+  return {{command.spec, kind, assignments, command.limit},
+          command.out.empty() ? fs::path("results") / "sweep" / slug(named) : fs::path(command.out)};
 }
 
 ordered_json plan_json(const SweepPlan& plan, const fs::path& folder) {
@@ -106,12 +108,7 @@ Table main_figures(const Table& statistics) {
   Table table;
   for (const char* name : {"controller", "column", "n", "q05", "median", "q95"}) {
     const Column* column = statistics.find(name);
-    if (column == nullptr) continue;
-    bool empty = true;
-    for (std::size_t i = 0; i < column->size() && empty; ++i) {
-      empty = std::holds_alternative<std::monostate>(column->at(i));
-    }
-    if (!empty) table.columns.push_back(*column);
+    if (column != nullptr && !is_empty(*column)) table.columns.push_back(*column);
   }
   return table;
 }
@@ -136,8 +133,7 @@ ordered_json status_json(const SweepPlan& plan, const SweepStatus& status, const
 
 /// The command that repeats one run by itself.
 std::string single_run(const SweepPlan& plan, int run) {
-  std::string text = plan.manifest.kind == "study" ? "bayesctrl run " : "bayesctrl diagnose ";
-  text += plan.manifest.spec;
+  std::string text = "bayesctrl " + std::string(plan.kind->command) + " " + plan.manifest.spec;
   for (const std::string& assignment : plan.manifest.assignments) text += " --set " + shell_quoted(assignment);
   if (plan.sweep.given) text += " --set 'sweep={}'";
   for (const auto& [path, value] : plan.point(run - 1)) text += " --set " + shell_quoted(path + "=" + value);
@@ -281,8 +277,8 @@ void declare_parts(CLI::App& sweep, ExitCode& exit) {
   add_request(*plan, *command);
   add_loudness(*plan, command->loudness);
   plan->callback([command] {
-    const fs::path folder = folder_of(*command);
-    const SweepPlan planned = plan_of(*command, folder);
+    const auto [request, folder] = asked(*command);
+    const SweepPlan planned = plan_sweep(request, folder);
     if (command->loudness.json) std::cout << plan_json(planned, folder).dump(2) << "\n";
     if (command->silent()) return;
     print_plan(planned);
@@ -361,8 +357,8 @@ void declare_sweep(CLI::App& app, ExitCode& exit) {
     if (!sub->get_subcommands().empty()) return;
     if (command->spec.empty()) throw CLI::RequiredError("SPEC");
     keep_memory();
-    const fs::path folder = folder_of(*command);
-    const SweepPlan plan = plan_of(*command, folder);
+    const auto [request, folder] = asked(*command);
+    const SweepPlan plan = plan_sweep(request, folder);
     if (!command->silent()) print_plan(plan);
     exit = run_and_merge(plan, folder, *command);
   });

@@ -21,6 +21,11 @@ std::string format(double value, int digits) {
   return {buffer.data(), end};
 }
 
+std::string padded(std::size_t number, std::size_t digits) {
+  const std::string text = std::to_string(number);
+  return std::string(text.size() < digits ? digits - text.size() : 0, '0') + text;
+}
+
 std::string percent_text(double probability) {
   return probability > 0.9995 ? "more than 99.9 %" : format(100.0 * probability, 3) + " %";
 }

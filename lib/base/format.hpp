@@ -12,6 +12,9 @@ std::string format(double value);
 /// `digits` significant digits, for people.
 std::string format(double value, int digits);
 
+/// A number that is at least `digits` digits long, with zeros in front: names that sort as they count.
+std::string padded(std::size_t number, std::size_t digits);
+
 /// A probability for people, in percent: never rounded to certainty, "more than 99.9 %".
 std::string percent_text(double probability);
 

@@ -24,10 +24,7 @@ std::vector<Study> read_points(Node root, const std::optional<std::uint64_t>& se
     if (seed && sweep.repeat == 0) study.seed = *seed;
     studies.push_back(std::move(study));
   }
-  if (studies.empty()) {
-    throw SpecError(sweep.constraints.front().where,
-                    "the constraints leave none of " + std::to_string(sweep.size()) + " points of the sweep");
-  }
+  sweep.require_some(studies.size());
   return studies;
 }
 

@@ -1,5 +1,6 @@
 #include "experiment/write.hpp"
 
+#include "base/format.hpp"
 #include "experiment/tabulate.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
@@ -37,8 +38,7 @@ ordered_json provenance(const StudyOutcome& outcome, const std::string& spec_nam
 std::filesystem::path result_folder(const std::filesystem::path& out, const Study& study, std::size_t point) {
   const std::filesystem::path folder = out / slug(study.name);
   if (study.point.empty()) return folder;
-  const std::string number = std::to_string(point + 1);
-  return folder / (std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number);
+  return folder / padded(point + 1, 4);
 }
 
 void write_results(const StudyOutcome& outcome, const std::filesystem::path& folder, const std::string& spec_name) {

@@ -139,6 +139,23 @@ const Column* Table::find(std::string_view name) const {
   return found == columns.end() ? nullptr : &*found;
 }
 
+bool is_empty(const Column& column) {
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    const Cell cell = column.at(i);
+    const auto* text = std::get_if<std::string>(&cell);
+    if (!std::holds_alternative<std::monostate>(cell) && (text == nullptr || !text->empty())) return false;
+  }
+  return true;
+}
+
+Table one_row(std::vector<std::pair<std::string, Cell>> cells) {
+  Table table;
+  for (auto& [name, cell] : cells) {
+    table.columns.push_back({std::move(name), "", std::vector<Cell>{std::move(cell)}});
+  }
+  return table;
+}
+
 void append(Table& table, const Table& more) {
   const std::size_t old_rows = table.rows();
   const std::size_t new_rows = more.rows();

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct Column {
   bool operator==(const Column&) const = default;
 };
 
+/// Whether all cells are missing or empty texts.
+bool is_empty(const Column& column);
+
 /// Named columns of equal length.
 struct Table {
   std::vector<Column> columns;
@@ -32,6 +36,9 @@ struct Table {
   const Column* find(std::string_view name) const;
   bool operator==(const Table&) const = default;
 };
+
+/// A table of one row: name and cell of each column.
+Table one_row(std::vector<std::pair<std::string, Cell>> cells);
 
 /// Adds the rows of `more` below. Columns are matched by name; where one table lacks a column its cells are missing.
 /// Throws std::invalid_argument if a column's two units are given and differ.

@@ -253,6 +253,12 @@ bool Sweep::admits(const ordered_json& resolved) const {
                      [&](const Constraint& constraint) { return holds(constraint, resolved); });
 }
 
+void Sweep::require_some(std::size_t admitted) const {
+  if (admitted > 0) return;
+  throw SpecError(constraints.front().where,
+                  "the constraints leave none of " + std::to_string(size()) + " points of the sweep");
+}
+
 void Sweep::refuse(const SweepPoint& point, const SpecError& error) const {
   if (point.empty()) throw error;
   const std::string_view text = error.what();

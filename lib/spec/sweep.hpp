@@ -139,6 +139,9 @@ struct Sweep {
   /// Whether all constraints hold for a resolved spec. Throws SpecError for one that cannot be evaluated.
   bool admits(const nlohmann::ordered_json& resolved) const;
 
+  /// Throws SpecError where no point is admitted.
+  void require_some(std::size_t admitted) const;
+
  private:
   [[noreturn]] void refuse(const SweepPoint& point, const SpecError& error) const;
 };

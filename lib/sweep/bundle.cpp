@@ -1,5 +1,6 @@
 #include "sweep/bundle.hpp"
 
+#include "base/format.hpp"
 #include "io/files.hpp"
 #include "io/hash.hpp"
 
@@ -11,13 +12,10 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
-std::string padded(int number) {
-  const std::string digits = std::to_string(number);
-  return std::string(digits.size() < 7 ? 7 - digits.size() : 0, '0') + digits;
-}
-
 std::string runs_text(const SweepPlan& plan, int bundle) {
-  return padded(plan.first_of(bundle) + 1) + "-" + padded(plan.end_of(bundle));
+  constexpr std::size_t kDigits = 7;
+  return padded(static_cast<std::size_t>(plan.first_of(bundle)) + 1, kDigits) + "-" +
+         padded(static_cast<std::size_t>(plan.end_of(bundle)), kDigits);
 }
 
 std::string header(const SweepPlan& plan, int bundle, std::string_view csv) {

@@ -25,16 +25,4 @@ struct BundleText {
 };
 BundleText read_bundle(const SweepPlan& plan, const std::filesystem::path& folder, int bundle);
 
-/// Calls line(text) for each record of a CSV text, its end left out; line breaks in quotes are part of a record.
-void for_each_record(std::string_view csv, auto&& line) {
-  bool quoted = false;
-  std::size_t begin = 0;
-  for (std::size_t i = 0; i < csv.size(); ++i) {
-    if (csv[i] == '"') quoted = !quoted;
-    if (csv[i] != '\n' || quoted) continue;
-    line(csv.substr(begin, i - begin));
-    begin = i + 1;
-  }
-}
-
 }  // namespace bayesctrl

@@ -89,18 +89,14 @@ const std::vector<DiagnosisColumn>& diagnosis_columns() {
 
 Table diagnosis_row(const DiagnosisSpec& spec, const SweepPoint& point, const Diagnosis* found,
                     const std::string& reason) {
-  Table table;
-  const auto add = [&table](const std::string& name, Cell cell) {
-    table.columns.push_back({name, "", std::vector<Cell>{std::move(cell)}});
-  };
-  add("experiment", spec.name);
-  for (const auto& [path, value] : point) add(path, value);
-  add("status", std::string(found != nullptr ? "ok" : "failed"));
-  add("reason", reason);
+  std::vector<std::pair<std::string, Cell>> cells{{"experiment", spec.name}};
+  cells.insert(cells.end(), point.begin(), point.end());
+  cells.emplace_back("status", std::string(found != nullptr ? "ok" : "failed"));
+  cells.emplace_back("reason", reason);
   for (const DiagnosisColumn& column : diagnosis_columns()) {
-    add(column.name, found != nullptr ? column.cell(*found) : Cell());
+    cells.emplace_back(column.name, found != nullptr ? column.cell(*found) : Cell());
   }
-  return table;
+  return one_row(std::move(cells));
 }
 
 Table run_diagnosis(const Node& node, const SweepPoint& point, const fs::path& keep) {
@@ -119,8 +115,8 @@ Table run_diagnosis(const Node& node, const SweepPoint& point, const fs::path& k
 }
 
 constexpr std::array<SweepKind, 2> kKinds{{
-    {"study", resolved_study, no_inputs, run_study, false},
-    {"diagnosis", resolved_diagnosis, recordings_of, run_diagnosis, true},
+    {"study", "run", resolved_study, no_inputs, run_study, false},
+    {"diagnosis", "diagnose", resolved_diagnosis, recordings_of, run_diagnosis, true},
 }};
 
 }  // namespace

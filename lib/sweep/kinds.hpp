@@ -14,6 +14,7 @@ namespace bayesctrl {
 /// A kind of spec that a sweep can repeat.
 struct SweepKind {
   std::string_view name;                                           // as in inspect/kinds.hpp
+  std::string_view command;                                        // that runs one of them by itself
   nlohmann::ordered_json (*resolved)(const Node& spec);            // with every default
   std::vector<std::filesystem::path> (*inputs)(const Node& spec);  // files whose content the results depend on
   Table (*run)(const Node& spec, const SweepPoint& point, const std::filesystem::path& keep);  // see below

@@ -21,26 +21,11 @@ constexpr const char* kMissing = "missing";
 
 /// The row of a run whose results are not there.
 Table missing_row(const SweepPlan& plan, int run) {
-  Table table;
-  const auto add = [&table](const std::string& name, Cell cell) {
-    table.columns.push_back({name, "", std::vector<Cell>{std::move(cell)}});
-  };
-  add("run", std::int64_t{run} + 1);
-  add("experiment", plan.manifest.name);
-  for (const auto& [path, value] : plan.point(run)) add(path, value);
-  add("status", std::string(kMissing));
-  add("reason", std::string("not run"));
-  return table;
-}
-
-/// The columns of `table` in the order of `columns`, missing ones empty.
-Table arranged(const Table& table, const Table& columns) {
-  Table result;
-  for (const Column& column : columns.columns) {
-    const Column* own = table.find(column.name);
-    result.columns.push_back(own != nullptr ? *own : Column{column.name, "", std::vector<Cell>(table.rows())});
-  }
-  return result;
+  std::vector<std::pair<std::string, Cell>> cells{{"run", std::int64_t{run} + 1}, {"experiment", plan.manifest.name}};
+  for (auto& setting : plan.point(run)) cells.emplace_back(std::move(setting));
+  cells.emplace_back("status", std::string(kMissing));
+  cells.emplace_back("reason", std::string("not run"));
+  return one_row(std::move(cells));
 }
 
 std::string without_header(const std::string& csv) { return csv.substr(csv.find('\n') + 1); }
@@ -144,7 +129,7 @@ Merged merge_sweep(const SweepPlan& plan, const fs::path& folder, bool partial) 
   const std::string* any = nullptr;
   for (int b = 0; b < plan.bundles(); ++b) {
     BundleText bundle = read_bundle(plan, folder, b);
-    if (bundle.csv) merged.done += static_cast<std::size_t>(plan.end_of(b) - plan.first_of(b));
+    if (bundle.csv) merged.done += plan.runs_in(b);
     if (damage.empty() && !bundle.damage.empty()) {
       damage = "; " + bundle_file(plan, folder, b).string() + " " + bundle.damage;
     }
@@ -167,9 +152,9 @@ Merged merge_sweep(const SweepPlan& plan, const fs::path& folder, bool partial) 
       csv += without_header(*own);
       continue;
     }
-    for (int run = plan.first_of(b); run < plan.end_of(b); ++run) {
-      csv += without_header(to_csv(arranged(missing_row(plan, run), columns)));
-    }
+    Table missing = columns;
+    for (int run = plan.first_of(b); run < plan.end_of(b); ++run) append(missing, missing_row(plan, run));
+    csv += without_header(to_csv(missing));
   }
   merged.statistics = statistics_of(parse_csv(csv, "table.csv"), plan.sweep.paths());
 

@@ -32,15 +32,10 @@ SweepPlan read_plan(SweepManifest manifest, const std::string& text) {
   plan.kind = &sweep_kind(manifest.kind);
   plan.spec = parse_yaml(text, manifest.spec);
   for (const std::string& assignment : manifest.assignments) set_path(plan.spec, assignment);
+  plan.sweep_text = sweep_yaml(plan.spec);
   plan.sweep = take_sweep(plan.spec);
   plan.manifest = std::move(manifest);
   return plan;
-}
-
-std::string sweep_text(const SweepManifest& manifest, const std::string& text) {
-  Node spec = parse_yaml(text, manifest.spec);
-  for (const std::string& assignment : manifest.assignments) set_path(spec, assignment);
-  return sweep_yaml(spec);
 }
 
 ordered_json resolved(const SweepPlan& plan, const SweepPoint& point) {
@@ -48,13 +43,13 @@ ordered_json resolved(const SweepPlan& plan, const SweepPoint& point) {
 }
 
 /// What the first run and the sweep say is all that the spec says: what a sweep sets, it sets in every run.
-std::string hash_of(const SweepPlan& plan, const std::string& text) {
+std::string hash_of(const SweepPlan& plan) {
   const SweepManifest& manifest = plan.manifest;
   const SweepPoint first = plan.sweep.point(0, seed_of(plan.spec));
   ordered_json object{{"kind", manifest.kind}, {"limit", manifest.limit}, {"inputs", to_json(manifest.inputs)}};
   object["first"] = resolved(plan, first);
   object["seed"] = seed_of(plan.spec);
-  object["sweep"] = sweep_text(manifest, text);
+  object["sweep"] = plan.sweep_text;
   return sha256(object.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
 }
 
@@ -74,10 +69,7 @@ void choose_runs(SweepPlan& plan) {
   for (std::size_t i = 0; i < admitted.size(); ++i) {
     if (admitted[i]) kept.push_back(static_cast<int>(i));
   }
-  if (kept.empty()) {
-    throw SpecError(plan.sweep.constraints.front().where,
-                    "the constraints leave none of " + std::to_string(manifest.points) + " points of the sweep");
-  }
+  plan.sweep.require_some(kept.size());
   const std::size_t limit = manifest.limit > 0 ? static_cast<std::size_t>(manifest.limit) : kept.size();
   kept.resize(std::min(kept.size(), limit));
   manifest.runs = static_cast<int>(kept.size());
@@ -137,12 +129,12 @@ void require_unchanged(const SweepPlan& plan, const fs::path& folder) {
     throw DataError(file, "was planned by revision " + manifest.revision + " of the program, this is " +
                               program_revision() + ": their numbers may differ; plan anew in another folder");
   }
-  if (hash_of(plan, manifest.text) != manifest.hash) {
+  if (hash_of(plan) != manifest.hash) {
     throw DataError(file, "is damaged: its spec is not the one that was planned");
   }
   if (fs::exists(manifest.spec)) {
     const std::string text = read_file(manifest.spec, kMaxSpecBytes);
-    if (text != manifest.text && hash_of(read_plan(manifest, text), text) != manifest.hash) {
+    if (text != manifest.text && hash_of(read_plan(manifest, text)) != manifest.hash) {
       throw DataError({manifest.spec}, "has changed since the sweep in " + folder.string() +
                                            " was planned: plan anew in another folder, or undo the change");
     }
@@ -175,11 +167,10 @@ SweepPlan plan_sweep(const SweepRequest& request, const fs::path& folder) {
   manifest.text = read_file(request.spec, kMaxSpecBytes);
   manifest.assignments = request.assignments;
   manifest.limit = request.limit;
-  const std::string text = manifest.text;
-  SweepPlan plan = read_plan(std::move(manifest), text);
+  SweepPlan plan = read_plan(manifest, manifest.text);
   if (const Node::Entry* name = plan.spec.find("name")) plan.manifest.name = name->value.text;
   plan.manifest.inputs = inputs_of(plan);
-  plan.manifest.hash = hash_of(plan, text);
+  plan.manifest.hash = hash_of(plan);
   if (fs::exists(folder / SweepManifest::kFile)) {
     SweepPlan known = open_sweep(folder);
     if (known.manifest.hash == plan.manifest.hash) return known;
@@ -194,9 +185,8 @@ SweepPlan plan_sweep(const SweepRequest& request, const fs::path& folder) {
 }
 
 SweepPlan read_sweep(const fs::path& folder) {
-  SweepManifest manifest = read_manifest(folder);
-  const std::string text = manifest.text;
-  return read_plan(std::move(manifest), text);
+  const SweepManifest manifest = read_manifest(folder);
+  return read_plan(manifest, manifest.text);
 }
 
 SweepPlan open_sweep(const fs::path& folder) {

@@ -62,6 +62,7 @@ struct SweepPlan {
   SweepManifest manifest;
   Node spec;  // without its sweep
   Sweep sweep;
+  std::string sweep_text;  // as it is written
   const SweepKind* kind = nullptr;
 
   SweepPoint point(int run) const;
@@ -70,6 +71,7 @@ struct SweepPlan {
   int bundles() const { return (manifest.runs + manifest.bundle - 1) / manifest.bundle; }
   int first_of(int bundle) const { return bundle * manifest.bundle; }
   int end_of(int bundle) const { return std::min(manifest.runs, (bundle + 1) * manifest.bundle); }
+  std::size_t runs_in(int bundle) const { return static_cast<std::size_t>(end_of(bundle) - first_of(bundle)); }
 };
 
 /// What a sweep is planned from.

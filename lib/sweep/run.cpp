@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "base/format.hpp"
 #include "io/text.hpp"
 #include "numerics/parallel.hpp"
 #include "sweep/bundle.hpp"
@@ -13,11 +14,6 @@ namespace bayesctrl {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string kept_name(int run) {
-  const std::string digits = std::to_string(run + 1);
-  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
 
 /// Rows of one run below its number.
 Table numbered_rows(const SweepPlan& plan, int run, const fs::path& keep) {
@@ -42,11 +38,10 @@ SweepRunResult run_sweep(const SweepPlan& plan, const fs::path& folder, const Sw
   std::vector<int> missing;
   for (int b = 0; b < plan.bundles(); ++b) {
     if (!options.shard.has(b)) continue;
-    const auto runs = static_cast<std::size_t>(plan.end_of(b) - plan.first_of(b));
-    result.runs += runs;
+    result.runs += plan.runs_in(b);
     const BundleText known = read_bundle(plan, folder, b);
     if (known.csv) {
-      result.before += runs;
+      result.before += plan.runs_in(b);
       continue;
     }
     if (!known.damage.empty()) result.damaged.push_back(bundle_file(plan, folder, b).string() + " " + known.damage);
@@ -60,13 +55,15 @@ SweepRunResult run_sweep(const SweepPlan& plan, const fs::path& folder, const Sw
     Table table;
     for (int run = plan.first_of(b); run < plan.end_of(b); ++run) {
       if (stopped()) return;
-      append(table, numbered_rows(plan, run, options.keep ? folder / "runs" / kept_name(run) : fs::path()));
+      append(table,
+             numbered_rows(plan, run,
+                           options.keep ? folder / "runs" / padded(static_cast<std::size_t>(run) + 1, 6) : fs::path()));
       const std::lock_guard lock(mutex);
       if (options.progress) options.progress(++seen, result.runs);
     }
     write_bundle(plan, folder, b, to_csv(table));
     const std::lock_guard lock(mutex);
-    result.done += table.rows() > 0 ? static_cast<std::size_t>(plan.end_of(b) - plan.first_of(b)) : 0;
+    result.done += plan.runs_in(b);
   });
   return result;
 }
@@ -82,7 +79,7 @@ SweepStatus sweep_status(const SweepPlan& plan, const fs::path& folder) {
       status.missing.push_back(b);
       continue;
     }
-    status.done += static_cast<std::size_t>(plan.end_of(b) - plan.first_of(b));
+    status.done += plan.runs_in(b);
     const Table table = parse_csv(*bundle.csv, file);
     const Column *run = table.find("run"), *state = table.find("status"), *reason = table.find("reason");
     for (std::size_t row = 0; row < table.rows(); ++row) {

@@ -162,15 +162,6 @@ Answers ask(const Claim& claim, const std::map<std::string, Results>& results) {
   return answers;
 }
 
-void add_row(Table& table, const std::vector<std::pair<const char*, Cell>>& cells) {
-  if (table.columns.empty()) {
-    for (const auto& [name, cell] : cells) table.columns.push_back({name, "", std::vector<Cell>{}});
-  }
-  for (std::size_t c = 0; c < cells.size(); ++c) {
-    std::get<std::vector<Cell>>(table.columns[c].cells).push_back(cells[c].second);
-  }
-}
-
 Cell whole(std::size_t number) { return static_cast<std::int64_t>(number); }
 
 /// Adds what the results say of one claim.
@@ -194,13 +185,13 @@ void add_claim(const Claim& claim, const std::map<std::string, Results>& results
       const double share = count / static_cast<double>(bin.draws.size());
       low = std::min(low, share);
       high = std::max(high, share);
-      add_row(result.by_setting, {{"claim", claim.text},
-                                  {"setting", setting.experiment + ": " + setting.path},
-                                  {"bin", std::int64_t{++number}},
-                                  {"low", bin.low},
-                                  {"high", bin.high},
-                                  {"n", whole(bin.draws.size())},
-                                  {"share", share}});
+      append(result.by_setting, one_row({{"claim", claim.text},
+                                         {"setting", setting.experiment + ": " + setting.path},
+                                         {"bin", std::int64_t{++number}},
+                                         {"low", bin.low},
+                                         {"high", bin.high},
+                                         {"n", whole(bin.draws.size())},
+                                         {"share", share}}));
     }
     if (high - low <= highest - lowest) continue;
     most = setting.experiment + ": " + setting.path;
@@ -208,17 +199,17 @@ void add_claim(const Claim& claim, const std::map<std::string, Results>& results
     highest = high;
   }
   const auto [low, high] = share_interval(holds, n);
-  add_row(result.claims, {{"group", claim.group},
-                          {"claim", claim.text},
-                          {"n", whole(n)},
-                          {"n_failed", whole(failed)},
-                          {"holds", whole(holds)},
-                          {"share", share_of_all},
-                          {"low", low},
-                          {"high", high},
-                          {"setting", most},
-                          {"share_lowest", lowest},
-                          {"share_highest", highest}});
+  append(result.claims, one_row({{"group", claim.group},
+                                 {"claim", claim.text},
+                                 {"n", whole(n)},
+                                 {"n_failed", whole(failed)},
+                                 {"holds", whole(holds)},
+                                 {"share", share_of_all},
+                                 {"low", low},
+                                 {"high", high},
+                                 {"setting", most},
+                                 {"share_lowest", lowest},
+                                 {"share_highest", highest}}));
 }
 
 }  // namespace
@@ -257,11 +248,8 @@ Sensitivity read_sensitivity(const Node& node) {
   return spec;
 }
 
-std::optional<SensitivityResult> run_sensitivity(const fs::path& file, const std::vector<std::string>& assignments,
+std::optional<SensitivityResult> run_sensitivity(const Sensitivity& spec, const fs::path& beside,
                                                  const fs::path& folder, const SensitivityOptions& options) {
-  Node node = read_yaml(file);
-  for (const std::string& assignment : assignments) set_path(node, assignment);
-  const Sensitivity spec = read_sensitivity(node);
   const int count = options.limit > 0 ? std::min(options.limit, spec.count) : spec.count;
   const std::size_t total = spec.experiments.items.size() * static_cast<std::size_t>(count);
   std::map<std::string, Results> results;
@@ -270,7 +258,7 @@ std::optional<SensitivityResult> run_sensitivity(const fs::path& file, const std
   for (const auto& [name, experiment] : spec.experiments.items) {
     const fs::path own = folder / name;
     const SweepPlan plan =
-        plan_sweep({folder_of(node) / experiment.study, "study", {sweep_assignment(spec, experiment, count)}, 0}, own);
+        plan_sweep({beside / experiment.study, "study", {sweep_assignment(spec, experiment, count)}, 0}, own);
     SweepRunOptions run;
     run.jobs = options.jobs;
     run.stop = options.stop;
@@ -283,10 +271,11 @@ std::optional<SensitivityResult> run_sensitivity(const fs::path& file, const std
     merge_sweep(plan, own, false);
     results.emplace(name, Results(read_csv(own / "table.csv"), count));
     const std::vector<std::string> paths = plan.sweep.paths();
-    for (std::size_t p = 0; p < paths.size(); ++p) {
-      Setting setting{name, paths[p], {}};
-      for (int draw = 0; draw < count; ++draw) setting.values.push_back(plan.point(draw)[p].second);
-      settings.push_back(std::move(setting));
+    const std::size_t first = settings.size();
+    for (const std::string& path : paths) settings.push_back({name, path, {}});
+    for (int draw = 0; draw < count; ++draw) {
+      const SweepPoint point = plan.point(draw);
+      for (std::size_t p = 0; p < paths.size(); ++p) settings[first + p].values.push_back(point[p].second);
     }
   }
   SensitivityResult result;

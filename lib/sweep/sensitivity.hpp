@@ -74,8 +74,8 @@ struct SensitivityResult {
 /// every draw; draw k of one experiment is set beside draw k of another. A claim about a run that failed does not hold.
 /// `share` of n draws, with the 95 % interval of Wilson (1927); `setting`: the one over whose fifths, or choices, the
 /// share differs most. Nothing where `stop` ended it.
-std::optional<SensitivityResult> run_sensitivity(const std::filesystem::path& spec,
-                                                 const std::vector<std::string>& assignments,
+/// `beside`: folder of the spec, to which its studies are relative.
+std::optional<SensitivityResult> run_sensitivity(const Sensitivity& spec, const std::filesystem::path& beside,
                                                  const std::filesystem::path& folder,
                                                  const SensitivityOptions& options);
 

@@ -124,8 +124,7 @@ void await(const std::vector<std::string>& jobs, const SweepPlan& plan, const fs
     if (options.progress) {
       std::size_t done = 0;
       for (int b = 0; b < plan.bundles(); ++b) {
-        if (fs::exists(bundle_file(plan, folder, b)))
-          done += static_cast<std::size_t>(plan.end_of(b) - plan.first_of(b));
+        if (fs::exists(bundle_file(plan, folder, b))) done += plan.runs_in(b);
       }
       options.progress(done, static_cast<std::size_t>(plan.manifest.runs));
     }

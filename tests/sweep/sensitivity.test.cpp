@@ -35,7 +35,8 @@ struct Written {
   SensitivityResult run(int jobs = 1) const {
     SensitivityOptions options;
     options.jobs = jobs;
-    return *run_sensitivity(spec, {}, folder.path() / ("out" + std::to_string(jobs)), options);
+    return *run_sensitivity(read_sensitivity(read_yaml(spec)), folder.path(),
+                            folder.path() / ("out" + std::to_string(jobs)), options);
   }
   std::string error() const {
     const std::string text = error_of<Error>([&] { read_sensitivity(read_yaml(spec)); });

@@ -32,7 +32,7 @@ double held(const Measured& m, const Segment& stretch, std::size_t i) {
 /// The impulse of each interval is kept and, with Keep::moment, its time: what came later than the middle of an
 /// interval is partly handed to the next. Nothing where that would leave the range of the inputs around
 /// by more than kBeyond.
-std::optional<Thin> thinned(const Measured& m, const Segment& stretch, std::size_t factor, Keep keep) {
+std::optional<Thin> thin_stretch(const Measured& m, const Segment& stretch, std::size_t factor, Keep keep) {
   Thin thin;
   for (std::size_t k = stretch.first; k <= stretch.last; k += factor) thin.kept.push_back(k);
   const auto count = static_cast<Eigen::Index>(thin.kept.size());
@@ -223,13 +223,13 @@ struct Thinned {
   double lacks = 0.0;  // what is significant of what the nominal leaves
 };
 
-std::optional<Thinned> thinned(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
-                               const Eigen::VectorXd& noise) {
+std::optional<Thinned> thinned_by(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
+                                  const Eigen::VectorXd& noise) {
   Measured all{m.name, {}, {}, {}, m.start, m.linear_hold};
   Shown sum;
   double samples = 0.0;
   for (const Segment& stretch : stretches(m, r)) {
-    const std::optional<Thin> thin = thinned(m, stretch, factor, keep);
+    const std::optional<Thin> thin = thin_stretch(m, stretch, factor, keep);
     if (!thin) return std::nullopt;
     const Measured less = recording_of(m, *thin);
     sum += shown_by(nominal, m, less, *thin, noise, kSettings.motion.segment);
@@ -245,7 +245,7 @@ Measured thinned(const Plant& nominal, const Measured& m, std::size_t r, std::si
   std::optional<Thinned> second;
   for (std::size_t factor = most; factor > 1; factor /= 2) {
     for (const Keep keep : {Keep::mean, Keep::moment}) {
-      std::optional<Thinned> found = thinned(nominal, m, r, factor, keep, noise);
+      std::optional<Thinned> found = thinned_by(nominal, m, r, factor, keep, noise);
       if (!found) continue;
       if (found->moved < kSettings.motion.thinning) return std::move(found->data);
       if (!second && found->moved < kSettings.motion.thinning_share * found->lacks) second = std::move(found);
