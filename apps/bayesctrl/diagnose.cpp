@@ -45,6 +45,18 @@ void print_explanation(const Diagnosis& d) {
   }
 }
 
+void print_suspicions(const Diagnosis& d) {
+  const bool stated = d.verdict == Verdict::check_spec;
+  for (const Suspicion& suspicion : d.suspicions) {
+    const bool first = &suspicion == &d.suspicions.front();
+    std::cout << "  " << (stated && first ? "" : "or: ") << suspicion.sentence << "\n";
+    if (suspicion.effects.empty()) continue;
+    std::cout << "      beside it:";
+    for (const std::string& effect : suspicion.effects) std::cout << " " << effect;
+    std::cout << "\n";
+  }
+}
+
 void print_alternatives(const Diagnosis& d) {
   for (const std::vector<std::string>& names : d.indistinguishable) {
     std::cout << "  these recordings cannot separate:";
@@ -63,7 +75,7 @@ void print_alternatives(const Diagnosis& d) {
 }
 
 void print_mismatch(const Mismatch& mismatch) {
-  if (!mismatch.detected) return;
+  if (!mismatch.detected || mismatch.depends_on.largest() == 0.0) return;
   std::cout << "  the missing torque depends on";
   bool first = true;
   for (std::size_t i = 0; i < mismatch.depends_on.of.size(); ++i) {
@@ -93,8 +105,10 @@ void print_verdict(const Diagnosis& d) {
   std::cout << d.name << ": " << to_name(d.verdict);
   if (!d.reason.empty()) std::cout << " (" << d.reason << ")";
   std::cout << "\n";
+  if (d.verdict == Verdict::check_spec) print_suspicions(d);
   print_explanation(d);
   print_alternatives(d);
+  if (d.verdict != Verdict::check_spec) print_suspicions(d);
   print_mismatch(d.mismatch);
   print_fit(d.fit);
   if (!d.next_experiment) return;

@@ -348,6 +348,67 @@ struct DiscrepancySettings {
   }
 };
 
+/// Mistakes of the spec or of a recording.
+struct DoubtSettings {
+  double samples = 4000.0;
+  double noise_share = 0.01;
+  double widest = 0.02;
+  double slow = 0.1;
+  double worth_a_look = 0.5;
+  double explains = 0.5;
+  double near_best = 3.0;
+  double any_number = 0.8;
+  double gross = 0.2;
+  double near_nothing = 0.1;
+  double adequate = 2.0;
+  int most = 4;
+  double prior = 5.0;
+  double per_number = 5.0;
+  double certain = 20.0;
+  double far_better = 3.0;
+  double other_size = 3.0;
+  double input_off = 1e-3;
+  double matters = 0.05;
+  double some_answer = 0.5;
+  double edge = 0.02;
+  double spike = 8.0;
+  double stuck = 4.0;
+
+  static void fields(auto& self, auto&& field) {
+    field("samples", self.samples, {kPositive, "samples", "of the recordings, evenly spread, that rank mistakes"});
+    field("noise_share", self.noise_share, {kPositive, "", "of squared accelerations that may be the sensor's noise"});
+    field("widest", self.widest, {kPositive, "of a stretch without a gap", "over which accelerations are smoothed"});
+    field("slow", self.slow, {kPositive, "RMS speed", "over which dry friction is smooth"});
+    field("worth_a_look", self.worth_a_look,
+          {kPositive, "",
+           "of what the nominal leaves of the accelerations: a mistake that leaves more is not looked at"});
+    field("explains", self.explains, {kPositive, "", "of the accelerations themselves, likewise"});
+    field("near_best", self.near_best, {kPositive, "", "times what the best leaves of them, likewise"});
+    field("any_number", self.any_number,
+          {kPositive, "", "of what a change of units leaves, beyond which a number that may be any is not looked at"});
+    field("gross", self.gross,
+          {kPositive, "", "of the accelerations, unexplained by the nominal with friction: mistakes are looked for"});
+    field("near_nothing", self.near_nothing,
+          {kPositive, "", "of that, what a mistake leaves that physics can only imitate"});
+    field("adequate", self.adequate,
+          {kPositive, "noise, RMS", "left without a mistake at most, where physics was not searched beside it"});
+    field("most", self.most, {kPositive, "", "mistakes that are looked at"});
+    field("prior", self.prior, {kPositive, "nats", "against any one mistake"});
+    field("per_number", self.per_number, {kPositive, "nats", "against each number of an explanation"});
+    field("certain", self.certain, {kPositive, "nats", "by which a mistake is more probable than physics: check_spec"});
+    field("far_better", self.far_better, {kPositive, "", "times less error than the best physics leaves, likewise"});
+    field("other_size", self.other_size, {kPositive, "", "an input stronger or weaker than that is no physics"});
+    field("input_off", self.input_off,
+          {kPositive, "", "of the input's squares: an explanation that leaves less is none"});
+    field("matters", self.matters, {kPositive, "", "of the accelerations, squares, what an input has to be good for"});
+    field("some_answer", self.some_answer,
+          {kPositive, "", "of what no input leaves: one that explains more is answered, however regular it is"});
+    field("edge", self.edge, {kPositive, "of its range", "from its end, where a parameter is not credible"});
+    field("spike", self.spike, {kPositive, "", "times the usual, what one sample has to jump by"});
+    field("stuck", self.stuck, {kPositive, "", "times the usual, what a sensor has to jump by when it comes loose"});
+  }
+};
+
 /// The verdict.
 struct VerdictSettings {
   double significant = 1e-4;
@@ -425,6 +486,7 @@ struct Settings {
   FitSettings fit;
   SearchSettings search;
   DiscrepancySettings discrepancy;
+  DoubtSettings doubt;
   VerdictSettings verdict;
 
   static void fields(auto& self, auto&& field) {
@@ -433,6 +495,7 @@ struct Settings {
     field("fit", self.fit, {.text = "fits by free runs"});
     field("search", self.search, {.text = "the search over sets of effects"});
     field("discrepancy", self.discrepancy, {.text = "what no effect explains"});
+    field("doubt", self.doubt, {.text = "mistakes of the spec or of a recording"});
     field("verdict", self.verdict, {.text = "the verdict"});
   }
 };

@@ -81,7 +81,8 @@ std::string sentence(const Diagnosis& d) {
     case Verdict::too_little_data:
       return "The recordings say too little for a diagnosis.";
     case Verdict::check_spec:
-      return "The recordings do not fit the spec: check its units, signs and columns first.";
+      return d.suspicions.empty() ? "The recordings do not fit the spec: check its units, signs and columns first."
+                                  : "Check the spec. " + d.suspicions.front().sentence;
     case Verdict::unknown:
       break;
   }

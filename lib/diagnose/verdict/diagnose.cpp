@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <optional>
 
+#include "base/error.hpp"
 #include "base/format.hpp"
+#include "diagnose/doubt/suspect.hpp"
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
@@ -17,6 +20,7 @@
 #include "diagnose/verdict/which.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
@@ -277,22 +281,125 @@ void require_horizon(const DiagnosisSpec& spec, const std::vector<Measured>& dat
   }
 }
 
+/// As much of recordings as a search needs.
+std::vector<Measured> thinned(const Plant& plant, const std::vector<Measured>& recordings,
+                              const ExplainOptions& options, const Eigen::VectorXd& noise) {
+  return decimated(plant, excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt), noise,
+                   kSettings.motion.samples_per_period * options.fastest_mode);
+}
+
+/// RMS error of free runs of the nominal; infinite where it cannot be simulated.
+double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
+  const Plant& nominal = *spec.model.plant;
+  constexpr double kStep = 0.011;  // s
+  try {
+    const std::vector<Trajectory> paths = smooth_all(nominal, data, noise.cwiseMax(1e-12));
+    return free_runs({nominal, {}, {}}, data, paths, spec.horizon, false, kStep).rms;
+  } catch (const NumericalError&) {
+    return kInfinity;
+  }
+}
+
+/// A search of any scene, as it was made of the one that the spec describes.
+std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene) {
+  const Eigen::VectorXd noise = noise_level(scene.data);
+  if (!too_little(scene.data, noise).empty()) return std::nullopt;
+  ExplainOptions options = search_options(spec, scene.data, noise);
+  options.free = scene.free;
+  const std::vector<Measured> data = thinned(scene.plant, scene.data, options, noise);
+  try {
+    Explanation explanation = explain(scene.plant, data, options);
+    const std::vector<Trajectory> paths = smooth_all(scene.plant, data, explanation.noise);
+    const Fit& best = explanation.best().fit;
+    const double error =
+        free_runs({best.plant, best.effects, {}}, data, paths, spec.horizon, false, explanation.max_step).rms;
+    return Looked{std::move(explanation), error, motion_rms(data)};
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
+}
+
+/// Doubts of one spec: what was looked at once is remembered.
+class Doubts {
+ public:
+  Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recordings)
+      : spec_(spec), scene_{*spec.model.plant, recordings, spec.model.free}, subject_{spec, *spec.model.plant, {}} {
+    for (const JointUnits& units : joint_units(spec)) subject_.position_units.push_back(units.position);
+  }
+
+  /// Whether a mistake explains far better than physics; all that may be are stated.
+  bool decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis) {
+    const Suspected found = suspect(subject_, scene_, nominal, given, [&](const Scene& s, const std::string& name) {
+      const auto known = seen_.find(name);
+      return known != seen_.end() ? known->second : seen_.emplace(name, look(spec_, s)).first->second;
+    });
+    diagnosis.suspicions = found.suspicions;
+    if (found.decisive) diagnosis.verdict = Verdict::check_spec;
+    return found.decisive;
+  }
+
+  /// Whether the nominal, with friction, says so little that a mistake has to be looked for first.
+  bool gross() const { return unexplained(scene_) > kSettings.doubt.gross; }
+
+ private:
+  const DiagnosisSpec& spec_;
+  Scene scene_;
+  Subject subject_;
+  std::map<std::string, std::optional<Looked>> seen_;
+};
+
+/// Whether physics alone is an answer that leaves no doubt of the spec.
+bool beyond_doubt(const Search& search, const Judgement& judgement) {
+  if (judgement.verdict == Verdict::nothing_missing) return true;
+  const auto resizes = [](const Effect& effect) {  // as a parameter of the model does
+    return effect.form.holds<InputGain>() || effect.form.holds<AddedInertia>() || effect.form.holds<SensorScale>();
+  };
+  const std::vector<Effect>& effects = search.best().effects;
+  if (effects.size() > 1 && std::any_of(effects.begin(), effects.end(), resizes)) return false;
+  const bool left = judgement.significant && judgement.share > kSettings.verdict.material;
+  return !left && judgement.verdict != Verdict::unknown && !implausible(search.best(), search.data);
+}
+
+/// Physics is not what is stated.
+void doubted(Judgement& judgement, const Search& search) {
+  judgement.verdict = Verdict::check_spec;
+  judgement.fit = search.refit();
+  judgement.remainder = {};
+  judgement.equivalence = {};
+}
+
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
 void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                  const std::vector<Measured>& held_out, const Eigen::VectorXd& noise, const StageBegins& stage,
                  Diagnosed& result) {
   Diagnosis& diagnosis = result.diagnosis;
   const ExplainOptions options = search_options(spec, recordings, noise);
-  const std::vector<Measured> data =
-      decimated(*spec.model.plant, excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt),
-                noise, kSettings.motion.samples_per_period * options.fastest_mode);
+  const std::vector<Measured> data = thinned(*spec.model.plant, recordings, options, noise);
   const auto compared = [](const std::vector<Measured>& all) {
     return excerpts(all, kSettings.recording.compared, kSettings.recording.excerpt);
   };
+  Doubts doubts(spec, recordings);
+  const bool gross = doubts.gross();
+  if (gross) stage(2, "doubting the spec");
+  if (gross && doubts.decide(as_given_error(spec, data, noise), std::nullopt, diagnosis)) {
+    diagnosis.mismatch.detected = true;
+    return;
+  }
   const Search found = search(spec, data, options, stage);
   stage(60, "testing what they leave");
   const AsGiven given = nominal_as_given(found);
-  const Judgement judgement = judge(found, missing_torque(found), given.p_value);
+  Judgement judgement = judge(found, missing_torque(found), given.p_value);
+  if (gross || !beyond_doubt(found, judgement)) {
+    stage(70, "doubting the spec");
+    const Models models = models_of(found, judgement);
+    const auto error = [&](const Corrected& model) {
+      return free_runs(model, data, found.smoothed, spec.horizon, false, found.explanation.max_step).rms;
+    };
+    if (doubts.decide(error(models.before), Looked{found.explanation, error(models.after), motion_rms(data)},
+                      diagnosis)) {
+      doubted(judgement, found);
+    }
+  }
   state(diagnosis, found, judgement);
 
   stage(80, "simulating the recordings");
@@ -319,12 +426,14 @@ Diagnosed diagnose(const DiagnosisSpec& spec, const StageBegins& begins) {
   const std::vector<Measured> recordings = read_all(spec.recordings, spec.signals);
   require_different(spec, recordings);
   const Eigen::VectorXd noise = noise_level(recordings);
+  const StageBegins stage = begins ? begins : [](int, std::string_view) {};
   if (can_be_explained(spec, recordings, noise, result.diagnosis)) {
     const std::vector<Measured> held_out = read_all(spec.held_out, spec.signals);  // what is wrong there is said now
     require_horizon(spec, recordings);
     require_horizon(spec, held_out);
-    explain_all(
-        spec, recordings, held_out, noise, begins ? begins : [](int, std::string_view) {}, result);
+    explain_all(spec, recordings, held_out, noise, stage, result);
+  } else if (spec.model.plant) {  // in another unit of time there may be enough
+    Doubts(spec, recordings).decide(kInfinity, std::nullopt, result.diagnosis);
   }
   result.diagnosis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;

@@ -10,6 +10,7 @@
 
 #include "base/fields.hpp"
 #include "diagnose/discrepancy/term_groups.hpp"
+#include "diagnose/doubt/suspect.hpp"
 #include "physics/discrepancy/remainder.hpp"
 
 namespace bayesctrl {
@@ -302,6 +303,7 @@ struct Diagnosis {
   std::string name;
   Verdict verdict = Verdict::too_little_data;
   std::string reason;
+  std::vector<Suspicion> suspicions;
   int joints = 1;
   std::vector<JointUnits> units;  // per joint
   Mismatch mismatch;
@@ -320,6 +322,7 @@ struct Diagnosis {
     field("name", self.name, detail::told("of the spec"));
     field("verdict", self.verdict, detail::told("what is said in one word"));
     field("reason", self.reason, detail::told("where nothing is explained"));
+    field("suspicions", self.suspicions, {.text = "mistakes of the spec that may explain it, best first"});
     field("joints", self.joints, detail::told("of the machine"));
     field("units", self.units, detail::told("of each joint"));
     field("mismatch", self.mismatch, detail::told("between recordings and nominal"));

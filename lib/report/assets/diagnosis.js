@@ -174,6 +174,18 @@ const parameters = () => {
   }
 };
 
+const doubts = () => {
+  const suspicions = d.suspicions ?? [];
+  if (!suspicions.length) return;
+  const part = section(main, "What may be wrong in the spec");
+  part.append(table(
+      "Mistakes that may explain the mismatch, best first", ["mistake", "error before", "after", "beside it"],
+      suspicions.map(
+          s =>
+              [s.sentence, s.before === null ? "diverges" : s.before, s.after,
+               s.effects.map(words).join(" + ") || "nothing is missing"])));
+};
+
 const apart = () => {
   if (!d.indistinguishable.length) return;
   const part = section(main, "What could not be told apart");
@@ -221,6 +233,7 @@ main.append(paragraph(data.sentence, "verdict"));
 if (d.reason) main.append(paragraph(d.reason, "soft"));
 fit();
 mismatch();
+doubts();
 explanation();
 parameters();
 apart();

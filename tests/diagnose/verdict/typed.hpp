@@ -10,6 +10,8 @@ inline Diagnosis full_diagnosis() {
   d.name = "gantry";
   d.verdict = Verdict::ambiguous;
   d.reason = "none";
+  d.suspicions = {
+      {"input_sign", "With the input's sign turned the error falls", 0.5, 0.001, 40.0, {"coulomb_friction@2"}}};
   d.joints = 2;
   d.units = {{"m", "m/s", "N", "V"}, {"rad", "rad/s", "N m", "V"}};
   d.mismatch = {true, 1e-9, false, {{"a.csv", 0.5, 1.25, 9.0}}, {{0.125, 0.875, 0.0, 0.0, 0.0}}, Channel::drift, 2};
