@@ -2,52 +2,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <numbers>
 
 #include "base/error.hpp"
+#include "diagnose/recording/unit.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
 using Words = std::vector<std::string_view>;
-
-struct Unit {
-  std::string_view name;  // in lower case, without blanks
-  double scale;
-  std::string_view si;
-};
-
-constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr Unit kUnits[] = {{"deg/s", kDegree, "rad/s"},
-                           {"rad/s", 1.0, "rad/s"},
-                           {"mm/s", 1e-3, "m/s"},
-                           {"m/s", 1.0, "m/s"},
-                           {"rpm", std::numbers::pi / 30.0, "rad/s"},
-                           {"degrees", kDegree, "rad"},
-                           {"degree", kDegree, "rad"},
-                           {"deg", kDegree, "rad"},
-                           {"mrad", 1e-3, "rad"},
-                           {"rad", 1.0, "rad"},
-                           {"mm", 1e-3, "m"},
-                           {"cm", 1e-2, "m"},
-                           {"um", 1e-6, "m"},
-                           {"ms", 1e-3, "s"},
-                           {"us", 1e-6, "s"},
-                           {"ns", 1e-9, "s"},
-                           {"sec", 1.0, "s"},
-                           {"s", 1.0, "s"},
-                           {"mnm", 1e-3, "N m"},
-                           {"ncm", 1e-2, "N m"},
-                           {"nm", 1.0, "N m"},
-                           {"n*m", 1.0, "N m"},
-                           {"kn", 1e3, "N"},
-                           {"n", 1.0, "N"},
-                           {"mv", 1e-3, "V"},
-                           {"v", 1.0, "V"},
-                           {"ma", 1e-3, "A"},
-                           {"a", 1.0, "A"},
-                           {"m", 1.0, "m"}};
 
 const Words kTime{"t", "time", "timestamp", "stamp", "seconds", "sec", "clock"};
 const Words kPosition{"q", "qm", "theta", "angle",    "phi",          "alpha",
@@ -68,12 +31,6 @@ bool has(const Words& words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-const Unit* find_unit(std::string text) {
-  std::erase(text, ' ');
-  const auto found = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) { return u.name == text; });
-  return found == std::end(kUnits) ? nullptr : found;
-}
-
 /// A column's name taken apart: "Pos_meas2 [deg]" is {pos, meas}, joint 2, deg.
 struct Name {
   std::vector<std::string> words;
@@ -90,7 +47,7 @@ Name take_apart(const std::string& column) {
   std::string text = lower(column);
   if (const std::size_t open = text.find_first_of("[("); open != std::string::npos) {
     const std::size_t close = text.find_first_of("])", open);
-    name.unit = find_unit(text.substr(open + 1, close == std::string::npos ? close : close - open - 1));
+    name.unit = find_unit(text.substr(open + 1, close == std::string::npos ? close : close - open - 1), true);
     text.erase(open);
   }
   std::string word;
@@ -110,7 +67,7 @@ Name take_apart(const std::string& column) {
   }
   finish();
   if (name.unit == nullptr && name.words.size() > 1) {
-    name.unit = find_unit(name.words.back());
+    name.unit = find_unit(name.words.back(), true);
     if (name.unit != nullptr) name.words.pop_back();
   }
   return name;

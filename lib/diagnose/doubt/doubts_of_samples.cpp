@@ -109,7 +109,10 @@ Doubt wrapped_angle() {
             return any;
           },
           [](double turn) { return "With jumps by a whole turn (" + format(turn, 4) + ") taken out"; },
-          [](double) { return "the position starts again after a turn: give it `unwrap: true`"; },
+          [](double turn) {
+            return std::string("the position starts again after a turn: give it `") +
+                   (turn > 300.0 ? "unit: deg, " : "") + "unwrap: true`";
+          },
           true};
 }
 

@@ -31,6 +31,12 @@ std::vector<double> values_of(const std::vector<Factor>& factors) {
   return list;
 }
 
+/// "`unit: deg`", where the unit is one that specs know, else by the scale.
+std::string remedy(const std::vector<Factor>& factors, double value) {
+  const Unit* unit = find_unit(called(factors, value));
+  return unit != nullptr ? "`unit: " + std::string(unit->name) + "`" : "`scale: " + format(value, 7) + "`";
+}
+
 /// Sizes up to `most` times larger or smaller, without those about 1, which are no mistake but physics.
 std::vector<double> sizes(double least, double most = 100.0) {
   std::vector<double> list;
@@ -60,7 +66,7 @@ Doubt position_unit(const Subject& subject) {
             return true;
           },
           [&factors](double value) { return "With positions read as " + called(factors, value); },
-          [](double value) { return "check the unit of the position, or give it `scale: " + format(value, 7) + "`"; }};
+          [&factors](double value) { return "check the unit of the position, or give it " + remedy(factors, value); }};
 }
 
 Doubt time_unit(const Subject& subject) {
@@ -79,7 +85,7 @@ Doubt time_unit(const Subject& subject) {
           },
           [](double value) { return "With times read as " + called(kTimes, value); },
           [column](double value) {
-            return column ? "check the unit of the time, or give it `scale: " + format(value, 7) + "`"
+            return column ? "check the unit of the time, or give it " + remedy(kTimes, value)
                           : "check the rate of the samples";
           }};
 }

@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <numbers>
+#include <numeric>
 
 #include "base/format.hpp"
 #include "diagnose/settings.hpp"
@@ -71,6 +73,16 @@ std::size_t column_of(const DataTable& table, const Signal& signal, const std::s
                               "): " + suggestion(signal.column, names));
 }
 
+/// Takes out jumps by whole turns between samples that follow each other.
+void unwrap(std::vector<double>& values, const std::vector<std::size_t>& rows, double turn) {
+  double before = values[rows.front()], turns = 0.0;
+  for (const std::size_t row : rows) {
+    turns -= std::round((values[row] - before) / turn);
+    before = values[row];
+    values[row] += turns * turn;
+  }
+}
+
 std::string row_name(const DataTable& table, std::size_t row) {
   return table.lines.empty() ? " row " + std::to_string(row + 1) : "";
 }
@@ -82,7 +94,7 @@ std::vector<double> values_of(const DataTable& table, const Signal& signal, cons
   std::vector<double> values;
   values.reserve(raw.size());
   for (std::size_t i = 0; i < raw.size(); ++i) {
-    const double value = raw[i] * signal.scale + signal.offset;
+    const double value = signal.in_si(raw[i]);
     if (!std::isfinite(value) && (wanted.empty() || wanted[i])) {
       throw DataError({file, table.lines.empty() ? 0 : table.lines[i]},
                       "column '" + shown(signal.column) + "'" + row_name(table, i) +
@@ -263,6 +275,9 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     throw DataError({path}, "only " + std::to_string(kept.size()) + " samples" +
                                 (file.from || file.to ? " between from and to" : "") + ": too short a recording");
   }
+  for (std::size_t j = 0; j < position.size(); ++j) {
+    if (signals.position[j].unwrap) unwrap(position[j], kept, 2.0 * std::numbers::pi);
+  }
   const auto samples = static_cast<Eigen::Index>(kept.size());
   const auto joints = static_cast<Eigen::Index>(position.size());
   result.position.resize(samples, joints);
@@ -297,6 +312,11 @@ Eigen::MatrixXd read_simulation(const RecordingFile& file, const Signals& signal
   }
   for (const std::vector<double>& q : position) {
     if (q.size() != time.size()) throw DataError({path}, "the signals differ in length");
+  }
+  std::vector<std::size_t> rows(time.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  for (std::size_t j = 0; j < position.size(); ++j) {
+    if (signals.position[j].unwrap) unwrap(position[j], rows, 2.0 * std::numbers::pi);
   }
   for (std::size_t i = 1; i < time.size(); ++i) {
     if (time[i] < time[i - 1]) {

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/fields.hpp"
+#include "diagnose/recording/unit.hpp"
 #include "io/node.hpp"
 #include "io/schema.hpp"
 #include "physics/plant.hpp"
@@ -19,7 +20,7 @@ namespace bayesctrl {
 enum class Hold { zero_order, linear };
 constexpr std::array<std::string_view, 2> names(Hold) { return {"zero_order", "linear"}; }
 
-/// One column of a recording and how its numbers become SI units: value * scale + offset.
+/// One column of a recording and how its numbers become SI units: value * scale + offset is in `unit`.
 struct Signal {
   static constexpr std::string_view kShort = "column";
   std::string column;
@@ -31,11 +32,28 @@ struct Signal {
 
   static void fields(auto& self, auto&& field) {
     field("column", self.column, {.text = "the column's name in the file", .required = true});
-    field("scale", self.scale, {.text = "what its numbers are multiplied with to be in SI units"});
+    field("scale", self.scale, {.text = "what its numbers are multiplied with to be in the unit"});
     field("offset", self.offset, {.text = "what is added after that"});
-    field("unit", self.unit, {.text = "the unit after scale and offset, for people"});
+    field("unit", self.unit, {.text = "the unit after scale and offset, converted to SI: deg, mm, ms, mN m, rpm, ..."});
   }
-  std::string problem() const { return scale == 0.0 ? "scale = 0 leaves nothing of the signal" : ""; }
+  std::string problem() const {
+    if (scale == 0.0) return "scale = 0 leaves nothing of the signal";
+    if (unit.empty() || find_unit(unit) != nullptr) return "";
+    return "unit '" + unit + "' is not known; known are " + known_units();
+  }
+  /// A number of the column in SI units.
+  double in_si(double value) const {
+    const Unit* known = find_unit(unit);
+    return (value * scale + offset) * (known != nullptr ? known->scale : 1.0);
+  }
+};
+
+struct PositionSignal : Signal {
+  bool unwrap = false;
+  static void fields(auto& self, auto&& field) {
+    Signal::fields(self, field);
+    field("unwrap", self.unwrap, {.text = "jumps by a whole turn from one sample to the next are taken out"});
+  }
 };
 
 struct InputSignal : Signal {
@@ -54,7 +72,8 @@ struct Clock {
 /// Which columns mean what.
 struct Signals {
   Clock time;
-  std::vector<Signal> position, velocity;
+  std::vector<PositionSignal> position;
+  std::vector<Signal> velocity;
   std::vector<InputSignal> input;
 
   static void fields(auto& self, auto&& field) {

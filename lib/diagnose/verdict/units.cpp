@@ -82,7 +82,7 @@ std::string position_unit(const std::optional<Plant>& plant, const std::string& 
   if (!stated.empty()) return stated;
   const bool open = !plant || std::holds_alternative<Custom>(*plant) || std::holds_alternative<Mass>(*plant);
   if (open && input == kForce) return std::string(kLength);
-  if (open && (input == kTorque || input == "Nm")) return std::string(kRadian);
+  if (open && (input == kTorque)) return std::string(kRadian);
   const std::string own = plant ? unit_for(*plant, "rad or m") : "";
   return own == kLength ? own : std::string(kRadian);
 }
@@ -91,7 +91,7 @@ std::string torque_unit(const std::optional<Plant>& plant, const std::string& po
   const Custom* custom = plant ? std::get_if<Custom>(&*plant) : nullptr;
   if (custom != nullptr && custom->inertia_text().empty()) return product(position, "1/s^2");
   if (position == kLength) return std::string(kForce);
-  if (position == kRadian || position == "deg") return std::string(kTorque);
+  if (position == kRadian) return std::string(kTorque);
   return custom == nullptr && plant ? unit_for(*plant, "N m or N") : input;
 }
 
@@ -111,9 +111,9 @@ std::vector<JointUnits> joint_units(const DiagnosisSpec& spec) {
   const std::optional<Plant>& plant = spec.model.plant;
   std::vector<JointUnits> list;
   for (std::size_t j = 0; j < spec.signals.position.size(); ++j) {
-    const std::string stated = j < spec.signals.input.size() ? spec.signals.input[j].unit : "";
+    const std::string stated = j < spec.signals.input.size() ? si_unit(spec.signals.input[j].unit) : "";
     JointUnits units;
-    units.position = position_unit(plant, spec.signals.position[j].unit, stated);
+    units.position = position_unit(plant, si_unit(spec.signals.position[j].unit), stated);
     units.velocity = units.position + "/s";
     units.torque = torque_unit(plant, units.position, stated);
     const bool torque_is_input = plant && !std::holds_alternative<Custom>(*plant);

@@ -50,7 +50,7 @@ RecordingFile between_times(double from, std::optional<double> to = {}) {
 Signals example_signals() {
   Signals signals;
   signals.time.column = column("t");
-  signals.position = {column("q")};
+  signals.position = {PositionSignal{column("q")}};
   signals.input = {InputSignal{column("u", {"spec.yaml", 7, 10})}};
   return signals;
 }
@@ -169,7 +169,7 @@ TEST_CASE("A recording has its signals in SI units, with time from its first sam
 
 TEST_CASE("Columns may stand in any order and serve several joints", "[diagnose]") {
   Signals signals = example_signals();
-  signals.position = {column("u"), column("q")};
+  signals.position = {PositionSignal{column("u")}, PositionSignal{column("q")}};
   signals.input = {InputSignal{column("q")}, InputSignal{column("u")}};
   const Measured found = read_text(example_csv(10), signals);
   CHECK(found.position == found.input.rowwise().reverse());
@@ -417,4 +417,48 @@ TEST_CASE("A simulation is interpolated at the recording's times", "[diagnose]")
   write_file(file.simulation, "q,t\n0,0\n5,0.5\n5,1\n20,1.5\n");
   CHECK_THAT(error_of<DataError>([&] { read_simulation(file, example_signals(), measured); }),
              Catch::Contains("the simulation covers 0 to 1.5 s, the recording 0.4 to 2.9 s"));
+}
+
+TEST_CASE("Every unit is converted to SI by name, in whatever notation", "[diagnose]") {
+  const auto in_si = [](const std::string& unit, double value) {
+    Signal signal = column("q");
+    signal.unit = unit;
+    CHECK(signal.problem().empty());
+    return signal.in_si(value);
+  };
+  const double pi = std::acos(-1.0);
+  for (const char* degrees : {"deg", "degrees", "\xC2\xB0", "\xB0"}) CHECK(in_si(degrees, 180.0) == Approx(pi));
+  for (const char* torque : {"mN m", "mNm", "mN\xC2\xB7m"}) CHECK(in_si(torque, 250.0) == Approx(0.25));
+  CHECK(in_si("rpm", 60.0) == Approx(2.0 * pi));
+  CHECK(in_si("\xC2\xB5s", 5.0) == Approx(5e-6));
+  CHECK(in_si("mm", 12.0) == Approx(0.012));
+  CHECK(in_si("V", 3.0) == 3.0);
+  CHECK(in_si("", 3.0) == 3.0);
+  Signal signal = column("q");
+  signal.scale = 2.0;
+  signal.offset = 1.0;
+  signal.unit = "mm";
+  CHECK(signal.in_si(4.0) == Approx(9e-3));
+  for (const char* unknown : {"furlong", "MN", "Deg/s", "rad^2"}) {
+    signal.unit = unknown;
+    CHECK_THAT(signal.problem(), Catch::Contains("unit '" + std::string(unknown) + "' is not known; known are rad, "));
+  }
+}
+
+TEST_CASE("Turns that start again are taken out where a spec says so", "[diagnose]") {
+  const Folder folder;
+  const RecordingFile file = file_at(folder.path() / "run.csv");
+  std::string text = "t,q,u\n";
+  const auto turned = [](int k) { return 400.0 * std::sin(0.05 * k); };  // degrees
+  for (int k = 0; k < 200; ++k) {
+    text += std::to_string(0.1 * k) + "," + std::to_string(std::remainder(turned(k), 360.0)) + ",0\n";
+  }
+  write_file(file.file, text);
+  Signals signals = example_signals();
+  signals.position.front().unit = "deg";
+  CHECK(read_recording(file, signals).position.cwiseAbs().maxCoeff() < 3.15);
+  signals.position.front().unwrap = true;
+  const Measured measured = read_recording(file, signals);
+  for (int k = 0; k < 200; ++k)
+    CHECK(measured.position(k, 0) == Approx(turned(k) * std::acos(-1.0) / 180.0).margin(1e-6));
 }

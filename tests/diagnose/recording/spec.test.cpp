@@ -90,7 +90,7 @@ TEST_CASE("A spec of a diagnosis and its recording in one folder are read from a
   const DiagnosisSpec spec = read_spec_text(kSpec, folder);
   const Measured found = read_recording(spec.recordings[0], spec.signals);
   CHECK(found.samples() == 10);
-  CHECK(found.position(0, 0) == 1.1);
+  CHECK(found.position(0, 0) == Approx(1.1e-3));
   CHECK(found.linear_hold);
 }
 
