@@ -108,9 +108,19 @@ Doubt input_scaled(const char* what, std::vector<double> values, bool continuous
   return doubt;
 }
 
+/// Sizes, and ratios of whole numbers, between which a machine that turns often would not be recognised.
+std::vector<double> ratios() {
+  std::vector<double> list = sizes(3.0);
+  for (int teeth = 2; teeth <= 200; teeth += teeth < 60 ? 1 : 10) {
+    list.push_back(teeth);
+    list.push_back(1.0 / teeth);
+  }
+  return list;
+}
+
 Doubt gear_ratio() {
   Doubt doubt{"gear_ratio",
-              sizes(3.0),
+              ratios(),
               true,
               [](Scene& scene, double value) {
                 for (Measured& m : scene.data) m.position /= value;
