@@ -173,6 +173,8 @@ std::optional<Suspicion> no_answer(const Subject& subject, const Scene& scene, d
   for (Measured& m : undriven.data) m.input.setZero();
   const std::optional<Looked> seen = look(undriven, "input_column");
   if (!seen) return std::nullopt;
+  const double odds = best_of(given.explanation).nats - best_of(seen->explanation).nats;
+  if (odds < -kSettings.doubt.certain) return std::nullopt;  // it does explain something
   std::string columns;
   for (const InputSignal& signal : subject.spec.signals.input) {
     columns += (columns.empty() ? "'" : ", '") + signal.column + "'";
@@ -183,7 +185,7 @@ std::optional<Suspicion> no_answer(const Subject& subject, const Scene& scene, d
                        (one ? " the right column?" : " the right columns?"),
                    if_finite(nominal),
                    seen->error,
-                   best_of(given.explanation).nats - best_of(seen->explanation).nats,
+                   odds,
                    {}};
 }
 
