@@ -95,6 +95,9 @@ struct Count {
   }
 };
 
+/// Whether an answer is stated as nearly certain.
+bool states(const Scored& s) { return s.confident && s.probability >= 0.9; }
+
 std::string row(const std::string& name, const Count& c) {
   return "| " + name + " | " + std::to_string(c.cases) + " | " + percent(c.detected, c.cases) + " | " +
          percent(c.named, c.cases) + " | " + std::to_string(c.declined) + " | " + std::to_string(c.wrong) + " |\n";
@@ -219,6 +222,7 @@ Scored score(const std::string& name, const ordered_json& truth, const Diagnosis
   s.before = over_noise(errors.before);
   s.refit = over_noise(errors.refit);
   s.after = over_noise(errors.after);
+  if (s.family == "short") s.detail = {{"level", truth["level"]}};
   judge_place(s, truth["effects"], d);
   if (s.family == "outside") {
     s.channel = false;
@@ -256,6 +260,14 @@ std::string tables(const std::vector<Scored>& cases) {
   text += "\n## Several hidden effects, or none\n\n" + std::string(kHead);
   for (const char* family : {"pair", "triple", "nothing"}) {
     text += row(family, count(cases, [&](const Scored& s) { return s.family == family; }));
+  }
+  if (std::any_of(cases.begin(), cases.end(), [](const Scored& s) { return s.family == "short"; })) {
+    text += "\n## One recording of 10 s without an input, by noise over the motion\n\n" + std::string(kHead);
+    for (const double level : {0.0, 0.01, 0.05}) {
+      text += row(format(100.0 * level, 2) + " %", count(cases, [&](const Scored& s) {
+                    return s.family == "short" && s.detail["level"].get<double>() == level;
+                  }));
+    }
   }
   text +=
       "\n## Effects outside the catalogue, which the held-out recordings show\n\n| | cases | detected | declined | "
@@ -310,6 +322,18 @@ std::string tables(const std::vector<Scored>& cases) {
     }
     text += "| " + format(low, 3) + " to " + format(std::min(high, 1.0), 3) + " | " + std::to_string(total) + " | " +
             percent(right, total) + " |\n";
+  }
+  text += "\n## Names stated with 0.9 or more, by family\n\n| | cases | right |\n|---|---:|---:|\n";
+  for (const char* family : {"single", "pair", "triple", "short", "outside"}) {
+    int total = 0, right = 0;
+    for (const Scored& s : cases) {
+      if (s.family != family || !states(s)) continue;
+      ++total;
+      right += !s.wrong;
+    }
+    if (total > 0) {
+      text += "| " + std::string(family) + " | " + std::to_string(total) + " | " + percent(right, total) + " |\n";
+    }
   }
   const ordered_json figures = summary(cases);
   text += "\n## Figures\n\n| | |\n|---|---:|\n";
@@ -374,7 +398,10 @@ ordered_json summary(const std::vector<Scored>& cases) {
                                                        })},
           {"outside: held-out after / refit, median", quantile(left_outside, 0.5)},
           {"explanations of probability >= 0.9 that are right",
-           share([&](const Scored& s) { return known(s) && s.confident && s.probability >= 0.9; },
+           share([&](const Scored& s) { return known(s) && states(s); }, [](const Scored& s) { return !s.wrong; })},
+          {"short: named", share(family("short"), named)},
+          {"short: names of probability >= 0.9 that are right",
+           share([](const Scored& s) { return s.family == "short" && states(s); },
                  [](const Scored& s) { return !s.wrong; })},
           {"channel right, named cases", share(good, [](const Scored& s) { return s.channel; })},
           {"joint right, named cases", share(good, [](const Scored& s) { return s.joint; })},

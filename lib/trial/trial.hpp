@@ -21,6 +21,7 @@ struct TrialSpec {
   int triples = 40;
   int outside = 60;
   int nothing = 150;
+  int short_recordings = 0;
   double lowest_noise = 1e-4;
   double highest_noise = 5e-3;
   bool pysindy_cases = true;
@@ -33,6 +34,8 @@ struct TrialSpec {
     field("triples", self.triples, {between(0, 100000), "", "cases with three hidden effects"});
     field("outside", self.outside, {between(0, 100000), "", "cases with an effect that is in no catalogue"});
     field("nothing", self.nothing, {between(0, 100000), "", "cases in which nothing is missing"});
+    field("short", self.short_recordings,
+          {between(0, 100000), "", "cases with one recording of 10 s without an input, some of them noisy"});
     field("lowest_noise", self.lowest_noise, {kPositive, "rad or m", "of the sensor"});
     field("highest_noise", self.highest_noise, {kPositive, "rad or m", "of the sensor"});
     field("pysindy_cases", self.pysindy_cases, {.text = "the side-by-side cases of docs/diagnosis.md as well"});
