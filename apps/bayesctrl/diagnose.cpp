@@ -29,6 +29,10 @@ using nlohmann::ordered_json;
 void print_explanation(const Diagnosis& d) {
   for (const ExplainedEffect& effect : d.explanation.effects) {
     std::cout << "  " << effect.name << " in joint " << effect.joint << ": " << effect.text << "\n";
+    if (effect.inclusion && effect.share) {
+      std::cout << "      part of the machine with " << percent_text(*effect.inclusion) << "; without it "
+                << format(100.0 * *effect.share, 2) << " % of the error (squares) would be left\n";
+    }
     for (const auto& [name, p] : effect.parameters.items) {
       std::cout << "      " << name << " = " << format(p.value, 4) << " +- " << format(p.sd, 2) << " " << p.unit
                 << "\n";

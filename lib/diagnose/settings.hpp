@@ -52,6 +52,8 @@ struct MotionSettings {
   double forcing_part = 4e-3;
   double most_forcing_parts = 3.0;
   double hidden_state_step = 0.01;
+  double rest = 0.5;
+  double still = 3.0;
 
   static void fields(auto& self, auto&& field) {
     field("segment", self.segment,
@@ -79,13 +81,16 @@ struct MotionSettings {
          "about the intensity of process noise at which it weighs as much as the sensor's: within that it is sought"});
     field("prior_share", self.prior_share,
           {kPositive, "",
-           "standard deviation of what an effect may do, as part of the RMS acceleration that the nominal's torques "
-           "give"});
+           "standard deviation of what an effect may do, at least, as part of the RMS acceleration that the nominal's "
+           "torques give"});
     field("forcing_part", self.forcing_part,
           {kPositive, "s", "torques are evaluated in the middle of parts of a step of about this length"});
     field("most_forcing_parts", self.most_forcing_parts, {kPositive, "", "at most so many of them"});
     field("hidden_state_step", self.hidden_state_step,
           {kPositive, "s", "longest step of hidden states along a known motion"});
+    field("rest", self.rest,
+          {kPositive, "s", "for which a joint has to be still to be at rest, where dry friction holds"});
+    field("still", self.still, {kPositive, "sd", "of the velocity, within which it cannot be told from none"});
   }
 };
 
@@ -181,6 +186,8 @@ struct SearchSettings {
   double most_frequencies = 1500.0;
   double sensor_prior = 0.2;
   int fitted_findings = 8;
+  double usual_rows = 700.0;
+  double most_effort = 5.0;
   int neighbours = 6;
   double numerical_floor = 1e-5;
   double fewest_fast_rows = 200.0;
@@ -219,6 +226,10 @@ struct SearchSettings {
     field("sensor_prior", self.sensor_prior,
           {kPositive, "rad, and part of a scale", "prior standard deviation of a sensor's offset and scale"});
     field("fitted_findings", self.fitted_findings, {kPositive, "", "of the screen, at least"});
+    field("usual_rows", self.usual_rows,
+          {kPositive, "",
+           "of a response: with fewer the search is as much more thorough, since fits are as much faster"});
+    field("most_effort", self.most_effort, {kPositive, "", "times the usual, at most"});
     field("neighbours", self.neighbours, {kPositive, "", "of the best set that are fitted in each round"});
     field("numerical_floor", self.numerical_floor,
           {kPositive, "of the motion, RMS", "noise that stands for arithmetic where a recording has none"});
@@ -367,6 +378,7 @@ struct DoubtSettings {
   double certain = 20.0;
   double far_better = 3.0;
   double other_size = 3.0;
+  double other_unit = 10.0;
   double input_off = 1e-3;
   double matters = 0.05;
   double some_answer = 0.5;
@@ -397,6 +409,8 @@ struct DoubtSettings {
     field("per_number", self.per_number, {kPositive, "nats", "against each number of an explanation"});
     field("certain", self.certain, {kPositive, "nats", "by which a mistake is more probable than physics: check_spec"});
     field("far_better", self.far_better, {kPositive, "", "times less error than the best physics leaves, likewise"});
+    field("other_unit", self.other_unit,
+          {kPositive, "", "a parameter that is wrong by more than that is in another unit"});
     field("other_size", self.other_size, {kPositive, "", "an input stronger or weaker than that is no physics"});
     field("input_off", self.input_off,
           {kPositive, "", "of the input's squares: an explanation that leaves less is none"});
@@ -414,6 +428,9 @@ struct VerdictSettings {
   double significant = 1e-4;
   double nothing = 1e-5;
   double material = 0.1;
+  double immaterial = 3e-4;
+  double listed = 0.01;
+  double same_law = 0.02;
   double earned = 10.0;
   double confident = 0.9;
   double inseparable = 3.0;
@@ -448,6 +465,11 @@ struct VerdictSettings {
     field("material", self.material,
           {kPositive, "of the refit nominal's error",
            "that the remainder takes away, beyond which the verdict is unknown"});
+    field("immaterial", self.immaterial,
+          {kPositive, "of the refit nominal's error", "which a part of an explanation has to take away to be listed"});
+    field("same_law", self.same_law,
+          {kPositive, "", "by which dry friction is at least stronger at rest, else it is the simpler law"});
+    field("listed", self.listed, {kPositive, "probability", "of inclusion, beyond which an effect is listed there"});
     field("earned", self.earned, {kPositive, "nats", "by which effects beside a remainder have to beat it alone"});
     field("confident", self.confident, {kPositive, "probability", "below which a set is ambiguous"});
     field("inseparable", self.inseparable,

@@ -27,7 +27,10 @@ int joints_of(const ordered_json& truth, const Diagnosis& d) { return truth.valu
 Set names_of_truth(const ordered_json& truth, int joints) {
   Set names;
   for (const ordered_json& effect : truth["effects"]) {
-    names.insert(label(ExplainedEffect{effect["name"], effect["joint"], {}, {}, {}}, joints));
+    ExplainedEffect hidden;
+    hidden.name = effect["name"];
+    hidden.joint = effect["joint"];
+    names.insert(label(hidden, joints));
   }
   return names;
 }

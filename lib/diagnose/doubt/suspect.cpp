@@ -244,7 +244,10 @@ Suspected suspect(const Subject& subject, const Scene& scene, double nominal, co
     const bool imitated = better > 0.8 && (nonsense || (as_it_is > kSettings.doubt.gross && clear));
     const bool far = given ? better > kSettings.doubt.far_better || imitated
                            : clear && (doubt.other_noise || now.left < kSettings.doubt.adequate);
-    const bool certain = odds > kSettings.doubt.certain && !(given && physical) && !implausible(*now.fit, mended.data);
+    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit.
+    const bool resized = std::abs(std::log(std::abs(value))) > std::log(kSettings.doubt.other_unit);
+    const bool mistake = !physical || (!given && (resized || !std::isfinite(nominal)));
+    const bool certain = odds > kSettings.doubt.certain && mistake && !implausible(*now.fit, mended.data);
     found.push_back({std::move(suspicion), now.nats + against, far && certain});
   }
   const bool known = std::any_of(found.begin(), found.end(), [](const Found& f) { return f.decisive; });

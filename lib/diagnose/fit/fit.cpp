@@ -164,6 +164,7 @@ void assign(Fit& fit, const Eigen::VectorXd& values) {
 }
 
 void weigh(const FitProblem& problem, Fit& fit, const Eigen::MatrixXd& jacobian) {
+  renew_priors(fit.unknowns, fit.effects);
   const Eigen::MatrixXd curvature = information(jacobian, fit);
   fit.covariance = solve_symmetric(curvature, Eigen::MatrixXd::Identity(curvature.rows(), curvature.cols()));
   Eigen::MatrixXd scaled = curvature;

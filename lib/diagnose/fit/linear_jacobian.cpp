@@ -76,10 +76,12 @@ void complete_priors(const FitProblem& problem, Fit& fit) {
   for (Eigen::Index i = 0; i < rms.size(); ++i) {
     Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
     if (!is_open(unknown)) continue;
-    unknown.prior_deviation = on_sensor(fit, unknown)
+    unknown.least_deviation = on_sensor(fit, unknown)
                                   ? kSettings.motion.prior_share
                                   : kSettings.motion.prior_share * nominal / std::max(rms[i], 1e-12 * nominal);
+    unknown.prior_deviation = unknown.least_deviation;
   }
+  renew_priors(fit.unknowns, fit.effects);
 }
 
 }  // namespace bayesctrl

@@ -68,6 +68,9 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const
 
 void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& effects) {
   for (Unknown& unknown : unknowns) {
+    if (unknown.least_deviation > 0.0) {
+      unknown.prior_deviation = std::max(unknown.least_deviation, std::abs(unknown.value - unknown.prior_mean));
+    }
     if (unknown.effect < 0) continue;
     for (const auto& [name, value, info] : parameters(effects[static_cast<std::size_t>(unknown.effect)].form)) {
       const auto& [times, of] = info.search.deviation;

@@ -11,7 +11,8 @@ struct Unknown {
   double value = 0.0;
   double low = -kInfinity, high = kInfinity;
   double prior_mean = 0.0, prior_deviation = 1.0;
-  double step = 1e-3;  // of differences
+  double step = 1e-3;            // of differences
+  double least_deviation = 0.0;  // of a prior that is as wide as its parameter turns out to need; 0: of one that is not
 };
 
 /// What a fit adjusts: `free` parameters of the plant, about those of `given`, then all of the effects, with their
@@ -21,7 +22,9 @@ std::vector<Unknown> list_unknowns(const Plant& plant, const Plant& given, const
                                    const std::vector<std::string>& free, const std::vector<Measured>& data,
                                    const std::vector<Trajectory>& paths);
 
-/// Priors that follow from other parameters of the same effect, from these as they now are.
+/// Priors that follow from other parameters of the same effect, from these as they now are; and how wide those of a
+/// scale that nobody knows have to be: the likeliest deviation for the value, at least `least_deviation`. Strong
+/// physics is then as credible as weak: the price of a value grows with its logarithm, not with its square.
 void renew_priors(std::vector<Unknown>& unknowns, const std::vector<Effect>& effects);
 
 }  // namespace bayesctrl

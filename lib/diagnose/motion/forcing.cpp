@@ -17,6 +17,25 @@ double soft_sign(double v, double sd) {
   return sd > 0.0 ? std::erf(v / (std::sqrt(2.0) * sd)) : v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0;
 }
 
+/// Steps (rows) in which joints rest: for a while no velocity can be told from none.
+Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> steps_at_rest(const Measured& m, const Trajectory& path) {
+  const Eigen::Index samples = path.position.rows();
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> rests =
+      Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>::Constant(samples, path.position.cols(), false);
+  for (Eigen::Index j = 0; j < path.position.cols(); ++j) {
+    for (Eigen::Index first = 0, last; first < samples; first = last + 1) {
+      const auto still = [&](Eigen::Index k) {
+        return std::abs(path.velocity(k, j)) <= kSettings.motion.still * path.velocity_sd(k, j);
+      };
+      for (last = first; last < samples && still(last);) ++last;
+      if (last - first < 2) continue;
+      const double lasts = m.time[static_cast<std::size_t>(last - 1)] - m.time[static_cast<std::size_t>(first)];
+      if (lasts >= kSettings.motion.rest) rests.col(j).segment(first, last - 1 - first) = true;
+    }
+  }
+  return rests;
+}
+
 }  // namespace
 
 Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths)
@@ -29,6 +48,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
     const Trajectory& path = paths_[r];
     std::vector<Point>& list = points_.emplace_back();
     list.reserve(m.samples() * parts_);
+    const auto rests = steps_at_rest(m, path);
     for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
       const auto row = static_cast<Eigen::Index>(k);
       const double h = m.time[k + 1] - m.time[k];
@@ -47,6 +67,11 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
         const Motion now = motion(plant_, p.q, p.v, p.u, p.time);
         p.mobility = now.mobility;
         p.external = external_torque(plant_, p.q);
+        p.held = JointVector::Zero(joints_);
+        for (int j = 0; j < joints_; ++j) {
+          p.rests[static_cast<std::size_t>(j)] = rests(row, j);
+          if (rests(row, j)) p.held[j] = 0.5 * (path.missing_torque(row, j) + path.missing_torque(row + 1, j));
+        }
         p.motor = p.u;
         if (std::holds_alternative<Custom>(plant_)) {
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
@@ -91,7 +116,9 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
   if (roles.torque) {
     add([&](const Point& p) { return form.torque_at(seen(p)); });
   } else if (roles.dry_friction) {
-    add([&](const Point& p) { return -form.sliding(seen(p)) * soft_sign(p.v[j], p.sd_v[j]); });
+    add([&](const Point& p) {
+      return p.rests[static_cast<std::size_t>(j)] ? 0.0 : -form.sliding(seen(p)) * soft_sign(p.v[j], p.sd_v[j]);
+    });
   } else if (roles.inertia) {
     add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
   } else if (roles.hidden_state) {
@@ -110,6 +137,16 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
     }
   } else if (roles.on_input()) {
     result = driven({effect}, j, recording);
+  }
+  return result;
+}
+
+Eigen::MatrixXd Forcing::held(int joint, std::size_t recording) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
+  const std::vector<Point>& points = points_[recording];
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    result.row(static_cast<Eigen::Index>(i / parts_)) +=
+        points[i].held[joint] / static_cast<double>(parts_) * points[i].mobility.col(joint).transpose();
   }
   return result;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "diagnose/motion/smoother.hpp"
 #include "physics/effect.hpp"
 
@@ -18,6 +20,10 @@ class Forcing {
 
   /// The same of a whole set; effects on one joint's input act one after the other.
   Eigen::MatrixXd acceleration(const std::vector<Effect>& effects, std::size_t recording) const;
+
+  /// The missing torque of a joint while it rests, as an acceleration: what dry friction holds there, whatever its
+  /// level. Zero in all rows where the joint never rests for long.
+  Eigen::MatrixXd held(int joint, std::size_t recording) const;
 
   /// What a sensor effect adds to the measured positions; zero for all others.
   Eigen::MatrixXd measured(const Effect& effect, std::size_t recording) const;
@@ -39,6 +45,8 @@ class Forcing {
   struct Point {
     double time;
     JointVector q, v, sd_v, qdd, u, motor, external;
+    JointVector held;  // missing torque of joints at rest, else 0
+    std::array<bool, kMaxJoints> rests{};
     JointMatrix mobility;
   };
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;

@@ -122,7 +122,8 @@ void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictio
   int total = 0;
   for (const Finding& finding : findings) {
     const std::size_t size = finding.suspects.size();
-    const bool wanted = total < options.refined || of_size[size] < (size == 1 ? 3 : 2);
+    const bool wanted =
+        total < options.thorough(options.refined) || of_size[size] < options.thorough(size == 1 ? 3 : 2);
     if (!wanted || finding.log_evidence == -kInfinity || size == 0) continue;
     if (total >= 3 && finding.log_evidence < findings.front().log_evidence - hopeless && of_size[size] >= 1) continue;
     ++of_size[size];
@@ -142,7 +143,7 @@ void climb(Fits& fits, const Screen& screen, double hopeless, const Dictionary& 
     int tried = 0;
     for (const Finding& finding : screen.neighbours(best.effects)) {
       first = std::max(first, finding.log_evidence);
-      if (tried >= options.neighbours || finding.log_evidence < first - hopeless) break;
+      if (tried >= options.thorough(options.neighbours) || finding.log_evidence < first - hopeless) break;
       std::vector<Effect> effects = finding.effects(dictionary);
       if (fits.tried(effects)) continue;
       ++tried;
@@ -163,7 +164,7 @@ bool adds_one_number(const Finding& finding, const std::vector<Effect>& set, con
     const bool known = std::any_of(set.begin(), set.end(), [&](const Effect& effect) {
       return effect.form.index() == suspect.kind && effect.joint == suspect.joint;
     });
-    if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].columns.size() == 1;
+    if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].members() == 1;
   }
   return false;
 }
@@ -197,13 +198,16 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }
 
-/// All fits as candidates, most probable first.
+/// All fits as candidates, most probable first. Where even the best leaves more than the noise, nats count as much less
+/// as there is noise that is not known (quasi-likelihood, Wedderburn 1974).
 void rank(Explanation& result, const Fits& fits) {
   const std::vector<const Fit*> ranked = fits.ranked();
   result.candidates.clear();
+  const Fit& best = *ranked.front();
+  const double left = best.sse / std::max(1.0, result.rows - static_cast<double>(best.unknowns.size()));
   double sum = 0.0;
   for (const Fit* fit : ranked) {
-    const double weight = std::exp(fit->log_evidence - ranked.front()->log_evidence);
+    const double weight = std::exp((fit->log_evidence - best.log_evidence) / std::max(1.0, left));
     result.candidates.push_back({*fit, weight});
     sum += weight;
   }
@@ -297,7 +301,8 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
 
 }  // namespace
 
-Explanation explain(const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options) {
+Explanation explain(const Plant& given, const std::vector<Measured>& data, const ExplainOptions& wanted) {
+  ExplainOptions options = wanted;
   Explanation result;
   result.given = given;
   result.noise = noise_level(data);
@@ -317,6 +322,8 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     const LinearResponse first(given, data, paths, result.noise, parts, options.fastest_mode);
     const Eigen::VectorXd ratio = first.noise_ratio();
     result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
+    options.effort *=
+        std::clamp(kSettings.search.usual_rows / static_cast<double>(first.rows()), 1.0, kSettings.search.most_effort);
     for (Eigen::Index j = 0; j < ratio.size(); ++j) {
       if (result.fast_rows > kSettings.search.fewest_fast_rows && ratio[j] > kSettings.search.least_noise_ratio &&
           ratio[j] < kSettings.search.most_noise_ratio)

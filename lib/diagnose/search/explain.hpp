@@ -61,6 +61,10 @@ struct ExplainOptions {
   double penalty = kSettings.search.effect_penalty;     // nats per effect
   int refined = kSettings.search.fitted_findings;       // findings of the screen that are fitted, at least
   int neighbours = kSettings.search.neighbours;         // sets next to the best one that are fitted in each round
+  double effort = 1.0;                                  // times as many of both, of subsets and of finalists
+
+  /// So many times as thorough.
+  int thorough(int usual) const { return static_cast<int>(std::round(effort * usual)); }
 };
 
 /// Stages 1 to 5: noise, motion, screen of all sets of up to three effects, fits of the most promising and of all their

@@ -72,7 +72,8 @@ void Fits::add_subsets() {
   for (bool grew = true; grew;) {
     grew = false;
     const std::vector<const Fit*> best = ranked();
-    for (std::size_t i = 0; i < std::min<std::size_t>(kSettings.search.subsets_of, best.size()); ++i) {
+    for (std::size_t i = 0;
+         i < std::min<std::size_t>(std::size_t(options_.thorough(kSettings.search.subsets_of)), best.size()); ++i) {
       const std::vector<Effect> effects = best[i]->effects;
       for (std::size_t drop = 0; drop < effects.size(); ++drop) {
         const std::vector<Effect> fewer = without(effects, drop);
@@ -154,7 +155,8 @@ std::vector<Fit> Fits::finalists() const {
   for (const std::vector<Effect>& equivalent : equivalents(set)) subsets.insert(key(equivalent));
   for (const Fit* fit : best) {
     const double behind = best.front()->log_evidence - fit->log_evidence;
-    const bool close = behind < kSettings.search.close && list.size() < std::size_t{kSettings.search.finalists};
+    const bool close =
+        behind < kSettings.search.close && list.size() < std::size_t(options_.thorough(kSettings.search.finalists));
     if (close || subsets.contains(key(fit->effects))) list.push_back(*fit);
   }
   return list;

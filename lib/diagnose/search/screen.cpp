@@ -30,7 +30,68 @@ OperatingRange searched_range(const std::vector<Measured>& data, const std::vect
   return range;
 }
 
+/// Dry friction that holds a joint at rest does there what all other torques together undo, whatever its level: one
+/// column more for all of its shapes, whose coefficient is about 1.
+void add_what_is_held(Dictionary& dictionary, const LinearResponse& response, const Forcing& forcing) {
+  for (int joint = 0; joint < joints(forcing.plant()); ++joint) {
+    std::vector<Eigen::MatrixXd> held;
+    bool any = false;
+    for (std::size_t r = 0; r < forcing.data().size(); ++r) {
+      held.emplace_back(forcing.held(joint, r).transpose().reshaped());
+      any |= !held.back().isZero(0.0);
+    }
+    if (!any) continue;
+    const auto column = dictionary.columns.cols();
+    dictionary.columns.conservativeResize(Eigen::NoChange, column + 1);
+    dictionary.columns.col(column) = response.responses(held);
+    dictionary.scale.conservativeResize(column + 1);
+    dictionary.scale[column] = 1.0;
+    for (Suspect& suspect : dictionary.suspects) {
+      if (suspect.joint != joint || !catalogue()[suspect.kind]->roles.dry_friction) continue;
+      for (Atom& atom : suspect.atoms) {
+        atom.columns.push_back(static_cast<int>(column));
+        atom.holds = true;
+      }
+    }
+  }
+}
+
 bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
+
+}  // namespace
+
+namespace {
+
+/// Coefficients of a few columns with normal priors of these widths, squares that they explain, and the log determinant
+/// of I + W gram W.
+struct Solved {
+  SmallVector x;
+  double gain = 0.0, log_det = 0.0;
+};
+
+Solved solve(const Small& gram, const SmallVector& rhs, const SmallVector& width) {
+  const auto size = static_cast<int>(rhs.size());
+  Small factor = gram;
+  Solved result{rhs, 0.0, 0.0};
+  SmallVector& x = result.x;
+  for (int a = 0; a < size; ++a) {  // Cholesky
+    factor(a, a) += 1.0 / (width[a] * width[a]);
+    for (int b = 0; b <= a; ++b) {
+      double sum = factor(a, b);
+      for (int c = 0; c < b; ++c) sum -= factor(a, c) * factor(b, c);
+      factor(a, b) = a == b ? std::sqrt(std::max(sum, 1e-12)) : sum / factor(b, b);
+    }
+    result.log_det += 2.0 * std::log(factor(a, a) * width[a]);
+    for (int c = 0; c < a; ++c) x[a] -= factor(a, c) * x[c];
+    x[a] /= factor(a, a);
+  }
+  result.gain = x.squaredNorm();
+  for (int a = size; a-- > 0;) {
+    for (int c = a + 1; c < size; ++c) x[a] -= factor(c, a) * x[c];
+    x[a] /= factor(a, a);
+  }
+  return result;
+}
 
 }  // namespace
 
@@ -47,13 +108,15 @@ Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, con
   gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
 }
 
+/// Priors are as wide as their coefficients need, as those of fits are.
 Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
   std::array<int, kSettings.search.most_columns> index{};
   std::array<bool, kSettings.search.most_columns> bounded{}, active{};
   int count = 0;
   for (const Atom* atom : atoms) {
+    int member = 0;
     for (const int column : atom->columns) {
-      bounded[static_cast<std::size_t>(count)] = atom->sign > 0;
+      bounded[static_cast<std::size_t>(count)] = atom->sign > 0 && member++ < atom->members();
       active[static_cast<std::size_t>(count)] = true;
       index[static_cast<std::size_t>(count++)] = column;
     }
@@ -67,36 +130,22 @@ Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
       if (active[static_cast<std::size_t>(i)]) used[static_cast<std::size_t>(size++)] = i;
     }
     if (size == 0) return {};
-    Small system(size, size);
+    Small gram(size, size);
     SmallVector rhs(size);
     for (int a = 0; a < size; ++a) {
       const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
       rhs[a] = g_[ia];
       for (int b = 0; b <= a; ++b) {
-        system(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
+        gram(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
       }
-      system(a, a) += 1.0;
     }
-    Small factor = system;
-    double log_det = 0.0;
-    for (int a = 0; a < size; ++a) {  // Cholesky
-      for (int b = 0; b <= a; ++b) {
-        double sum = factor(a, b);
-        for (int c = 0; c < b; ++c) sum -= factor(a, c) * factor(b, c);
-        factor(a, b) = a == b ? std::sqrt(std::max(sum, 1e-12)) : sum / factor(b, b);
-      }
-      log_det += 2.0 * std::log(factor(a, a));
+    SmallVector width = SmallVector::Ones(size);
+    Solved solved = solve(gram, rhs, width);
+    if (solved.x.cwiseAbs().maxCoeff() > 1.0) {
+      width = solved.x.cwiseAbs().cwiseMax(1.0);
+      solved = solve(gram, rhs, width);
     }
-    SmallVector x = rhs;
-    for (int a = 0; a < size; ++a) {
-      for (int c = 0; c < a; ++c) x[a] -= factor(a, c) * x[c];
-      x[a] /= factor(a, a);
-    }
-    const double gain = x.squaredNorm();
-    for (int a = size; a-- > 0;) {
-      for (int c = a + 1; c < size; ++c) x[a] -= factor(c, a) * x[c];
-      x[a] /= factor(a, a);
-    }
+    const SmallVector& x = solved.x;
     int worst = -1;
     for (int a = 0; a < size; ++a) {
       const auto slot = static_cast<std::size_t>(used[static_cast<std::size_t>(a)]);
@@ -108,18 +157,21 @@ Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
     }
     result.coefficients.setZero();
     for (int a = 0; a < size; ++a) result.coefficients[used[static_cast<std::size_t>(a)]] = x[a];
-    result.explained = gain;
-    result.log_evidence = 0.5 * (gain - log_det) - options_.penalty * static_cast<double>(atoms.size());
+    result.explained = solved.gain;
+    result.log_evidence = 0.5 * (solved.gain - solved.log_det) - options_.penalty * static_cast<double>(atoms.size());
     break;
   }
   // An effect that has lost all of its columns explains nothing.
   int at = 0;
   for (const Atom* atom : atoms) {
     bool alive = false;
+    int member = 0;
     for (const int column : atom->columns) {
-      const double c = result.coefficients.size() > 0 ? result.coefficients[at] * dictionary_.scale[column] : 0.0;
+      const int slot = at++;
+      if (member++ >= atom->members()) continue;
+      const double c = result.coefficients.size() > 0 ? result.coefficients[slot] * dictionary_.scale[column] : 0.0;
       if (c < atom->low || c > atom->high) return {};
-      alive |= active[static_cast<std::size_t>(at++)];
+      alive |= active[static_cast<std::size_t>(slot)];
     }
     if (!alive) return {};
   }
@@ -194,8 +246,9 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
           atom.columns.push_back(static_cast<int>(members.size()));
           members.push_back({member, joint, shape.recording});
         }
-        atom.effect = [combined = shape.combined, recording = shape.recording, joint](std::span<const double> c) {
-          return Effect{combined(c), joint, recording};
+        atom.effect = [combined = shape.combined, recording = shape.recording, joint,
+                       own = shape.members.size()](std::span<const double> c) {
+          return Effect{combined(c.first(own)), joint, recording};
         };
         suspect.atoms.push_back(std::move(atom));
       }
@@ -242,6 +295,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
       dictionary.columns.col(from + i) *= dictionary.scale[from + i];
     }
   }
+  add_what_is_held(dictionary, response, forcing);
   // Shapes of which nothing can be seen in these recordings are no suspects.
   const double visible = 1e-8 * std::max(1.0, dictionary.columns.colwise().norm().maxCoeff());
   for (Suspect& suspect : dictionary.suspects) {

@@ -12,6 +12,7 @@
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/inclusion.hpp"
 #include "diagnose/verdict/judge.hpp"
 #include "diagnose/verdict/present.hpp"
 #include "diagnose/verdict/propose.hpp"
@@ -118,6 +119,7 @@ Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, cons
   Explanation explanation = explain(nominal, data, options);
   stage(50, "comparing the best");
   prefer_simple(explanation, data, options, spec.horizon);
+  merge_immaterial(explanation);
   std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
   return {spec, nominal, data, options, std::move(explanation), std::move(smoothed)};
 }
@@ -166,8 +168,12 @@ Explained explained(const Search& search, const Judgement& judgement, const std:
     return result;
   }
   const Fit& best = search.best();
+  const std::vector<std::vector<std::string>>& classes = judgement.equivalence.classes;
+  const std::vector<double> share = shares(search.explanation, search.data, search.options);
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
     result.effects.push_back(shown_effect(best, e, search.data, units));
+    result.effects.back().inclusion = inclusion_of_any(search.explanation, classes[e], search.spec.joints());
+    result.effects.back().share = share[e];
   }
   result.equation = equation(best.effects, search.spec.joints());
   result.probability = judgement.equivalence.probability;
@@ -195,6 +201,11 @@ void state(Diagnosis& diagnosis, const Search& search, const Judgement& judgemen
   diagnosis.fit.noise_floor = search.explanation.noise_rms();
   diagnosis.mismatch = locate(search, judgement);
   diagnosis.explanation = explained(search, judgement, diagnosis.units);
+  if (diagnosis.verdict != Verdict::check_spec) {
+    for (const auto& [name, p] : inclusion(search.explanation)) {
+      if (p >= kSettings.verdict.listed) diagnosis.inclusion.items.emplace_back(name, p);
+    }
+  }
   for (const std::vector<std::string>& names : judgement.equivalence.classes) {
     if (judgement.says_effects() && names.size() > 1) diagnosis.indistinguishable.push_back(names);
   }

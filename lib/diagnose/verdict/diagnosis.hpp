@@ -112,6 +112,7 @@ struct ExplainedEffect {
   Named<Estimate> parameters;
   std::optional<std::string> recording;
   std::string text;
+  std::optional<double> inclusion = {}, share = {};
 
   static void fields(auto& self, auto&& field) {
     field("name", self.name, detail::told("in the catalogue"));
@@ -119,6 +120,8 @@ struct ExplainedEffect {
     field("parameters", self.parameters, detail::told("by name"));
     field("recording", self.recording, {.text = "the only one in which it acts"});
     field("text", self.text, detail::told("for a mechanic"));
+    field("inclusion", self.inclusion, {.text = "probability that it is part of the machine, over all sets"});
+    field("share", self.share, {.text = "of the refit nominal's squared error beyond the noise that it takes away"});
   }
 };
 
@@ -308,6 +311,7 @@ struct Diagnosis {
   std::vector<JointUnits> units;  // per joint
   Mismatch mismatch;
   Explained explanation;
+  Named<double> inclusion;
   std::optional<Unexplained> remainder;
   std::vector<Alternative> alternatives;
   std::vector<std::vector<std::string>> indistinguishable;
@@ -327,6 +331,7 @@ struct Diagnosis {
     field("units", self.units, detail::told("of each joint"));
     field("mismatch", self.mismatch, detail::told("between recordings and nominal"));
     field("explanation", self.explanation, detail::told("what is missing"));
+    field("inclusion", self.inclusion, {.text = "posterior probability of each effect, name@joint, over all sets"});
     field("remainder", self.remainder, detail::told("what no effect explains"));
     field("alternatives", self.alternatives, detail::told("what else it may be, most probable first"));
     field("indistinguishable", self.indistinguishable, detail::told("names that the recordings cannot separate"));

@@ -144,6 +144,15 @@ const explanation = () => {
                                       a.equation])
         ]));
   }
+  if (effects.some(e => e.share !== undefined)) {
+    part.append(table(
+        "What each effect is good for",
+        ["effect", "joint", "part of the machine with", "of the error (squares), left without it"],
+        effects.map(e => [words(e.name), e.joint, {value: e.inclusion, text: chance(e.inclusion)}, {
+                      value: e.share,
+                      text: percent(e.share)
+                    }])));
+  }
   if (d.remainder) {
     const shares = Object.entries(d.remainder.depends_on).filter(s => s[1] >= 0.05);
     const causes = shares.map(([name, share]) => `${name} (${percent(share)})`).join(", ");

@@ -150,11 +150,12 @@ TEST_CASE("Odds of an effect beside a discrepancy are those of two normal distri
     }
     const Eigen::VectorXd solved = testing::dense::solve(likely, c);
     const double cc = c.dot(solved), cy = y.dot(solved);
-    const double odds = 0.5 * (cy * cy / (1.0 + cc) - std::log1p(cc)) - kPenalty;
+    const double square = std::max(1.0, std::pow(cy / (1.0 + cc), 2));  // of the coefficient: as wide is its prior
+    const double odds = 0.5 * (cy * cy / (1.0 / square + cc) - std::log1p(square * cc)) - kPenalty;
     CAPTURE(names(Cause{})[static_cast<std::size_t>(group.cause)]);
     CHECK(said.log_odds == Approx(odds).epsilon(kRoot));
     REQUIRE(said.effects.size() == 1);
-    CHECK(said.effects[0].form.get<ConstantBias>().torque == Approx(0.25 * cy / (1.0 + cc)).epsilon(kRoot));
+    CHECK(said.effects[0].form.get<ConstantBias>().torque == Approx(0.25 * cy / (1.0 / square + cc)).epsilon(kRoot));
     // What the discrepancy has drawn needs no effect.
     CHECK(discrepancy.beside(c, drawn + pendulum.white(20), kPenalty).log_odds < 0.0);
   }

@@ -55,10 +55,11 @@ Eigen::VectorXd column(const Linearised& about, const Fit& fit, std::string_view
   throw std::invalid_argument("no such parameter");
 }
 
+/// Of its prior, the least where that follows the value.
 double deviation_of(const Linearised& about, Fit fit, std::string_view name) {
   complete_priors(about.problem, fit);
   for (const Unknown& unknown : fit.unknowns) {
-    if (unknown.name == name) return unknown.prior_deviation;
+    if (unknown.name == name) return unknown.least_deviation > 0.0 ? unknown.least_deviation : unknown.prior_deviation;
   }
   throw std::invalid_argument("no such parameter");
 }

@@ -151,6 +151,26 @@ TEST_CASE("Priors follow the other parameters of their effect, and nothing else 
   }
 }
 
+TEST_CASE("The prior of a size that nobody knows is as wide as its value needs, never narrower than it was",
+          "[diagnose][fit]") {
+  const std::vector<Effect> effects{{ViscousFriction{0.3}, 0, -1}, {InputGain{1.2}, 1, -1}};
+  std::vector<Unknown> unknowns = unknowns_of(effects);
+  for (Unknown& unknown : unknowns) unknown.least_deviation = unknown.prior_deviation = 0.2;
+  const auto deviation_at = [&](double from_mean) {
+    for (Unknown& unknown : unknowns) unknown.value = unknown.prior_mean + from_mean;
+    renew_priors(unknowns, effects);
+    for (const Unknown& unknown : unknowns) CHECK(unknown.prior_deviation == unknowns[0].prior_deviation);
+    return unknowns[0].prior_deviation;
+  };
+  CHECK(deviation_at(0.0) == 0.2);
+  CHECK(deviation_at(-0.1) == 0.2);
+  CHECK(deviation_at(3.0) == Approx(3.0));
+  CHECK(deviation_at(-7.0) == Approx(7.0));
+  CHECK(deviation_at(0.05) == 0.2);                                 // it is no ratchet
+  for (Unknown& unknown : unknowns) unknown.least_deviation = 0.0;  // what an effect declares stays
+  CHECK(deviation_at(9.0) == 0.2);
+}
+
 TEST_CASE("Values put into a model are the values that it has, for every effect of the catalogue", "[diagnose][fit]") {
   RandomStream random(21);
   const TwoLinkArm arm;

@@ -60,10 +60,22 @@ double log_odds(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
   return testing::dense::log_density(y, covariance) + 0.5 * y.squaredNorm();
 }
 
+/// The same with priors of coefficients as wide as these need: standard deviations of `wide`.
+double log_odds(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXd& wide) {
+  return log_odds(x * wide.asDiagonal(), y);
+}
+
+/// As wide as the coefficients that a prior of unit deviations gives.
+Eigen::VectorXd widths(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
+  const Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(x.cols(), x.cols()) + x.transpose() * x;
+  return testing::dense::solve(precision, x.transpose() * y).cwiseAbs().cwiseMax(1.0);
+}
+
 /// The same of a set with the penalties of its effects and of their shapes.
 double evidence(const Dictionary& dictionary, const Finding& finding, const std::vector<int>& columns,
                 const Eigen::VectorXd& y, double penalty) {
-  double result = log_odds(dictionary.columns(Eigen::all, columns), y);
+  const Eigen::MatrixXd x = dictionary.columns(Eigen::all, columns);
+  double result = log_odds(x, y, widths(x, y));
   for (const int i : finding.suspects) {
     const auto shapes = dictionary.suspects[static_cast<std::size_t>(i)].atoms.size();
     result -= penalty + std::log(static_cast<double>(shapes));
@@ -96,10 +108,29 @@ TEST_CASE("A set's evidence is its density less the penalties of its effects and
     const std::vector<int> columns = columns_of(dictionary, finding);
     const Eigen::MatrixXd x = dictionary.columns(Eigen::all, columns);
     CHECK(finding.log_evidence == Approx(evidence(dictionary, finding, columns, y, penalty)).margin(1e-9));
-    const Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(x.cols(), x.cols()) + x.transpose() * x;
     if (x.cols() == 0) continue;
+    Eigen::MatrixXd precision = x.transpose() * x;
+    precision.diagonal() += widths(x, y).cwiseAbs2().cwiseInverse();
     CHECK((finding.coefficients - testing::dense::solve(precision, x.transpose() * y)).norm() < 1e-9);
     CHECK(finding.explained == Approx((x.transpose() * y).dot(finding.coefficients)));
+  }
+}
+
+TEST_CASE("A strong effect is as probable as with the likeliest width of its prior", "[diagnose][search]") {
+  for (const double strength : {0.3, 1.0, 3.0, 10.0, 100.0}) {
+    INFO("strength " << strength);
+    const Dictionary dictionary = random_dictionary(3, 1, false, 0, 5);
+    const Eigen::VectorXd y = strength * dictionary.columns.col(1) + white_rows(6);
+    for (const Finding& finding : Screen(dictionary, dictionary.columns, y, {.penalty = 0.0}).all()) {
+      if (finding.suspects != std::vector<int>{1}) continue;
+      const Eigen::MatrixXd x = dictionary.columns(Eigen::all, columns_of(dictionary, finding));
+      double most = -kInfinity;
+      for (double width = 1.0; width < 1e3; width *= 1.02) {
+        most = std::max(most, log_odds(x, y, Eigen::VectorXd::Constant(1, width)));
+      }
+      CHECK(finding.log_evidence == Approx(most).margin(0.01));
+      CHECK(finding.log_evidence >= log_odds(x, y) - 1e-9);
+    }
   }
 }
 
@@ -112,7 +143,8 @@ TEST_CASE("The screen knows all sets of up to three effects that plain enumerati
       for (int k = j; k < 8; ++k) {
         const std::set<int> set{i, j, k};
         const std::vector<int> list(set.begin(), set.end());
-        expected[list] = log_odds(dictionary.columns(Eigen::all, list), y) - 3.0 * static_cast<double>(list.size());
+        const Eigen::MatrixXd x = dictionary.columns(Eigen::all, list);
+        expected[list] = log_odds(x, y, widths(x, y)) - 3.0 * static_cast<double>(list.size());
       }
     }
   }

@@ -15,10 +15,12 @@ inline Diagnosis full_diagnosis() {
   d.joints = 2;
   d.units = {{"m", "m/s", "N", "V"}, {"rad", "rad/s", "N m", "V"}};
   d.mismatch = {true, 1e-9, false, {{"a.csv", 0.5, 1.25, 9.0}}, {{0.125, 0.875, 0.0, 0.0, 0.0}}, Channel::drift, 2};
-  d.explanation = {{{"coulomb_friction", 2, {{{"level", {0.25, 0.01, "N m"}}}}, {}, "dry friction"},
-                    {"torque_step", 1, {{{"torque", {1.0, 0.1, "N"}}, {"time", {2.0, 0.0, "s"}}}}, "a.csv", "a step"}},
-                   "joint 2: torque -= 0.25 sign(v)",
-                   0.75};
+  d.explanation = {
+      {{"coulomb_friction", 2, {{{"level", {0.25, 0.01, "N m"}}}}, {}, "dry friction", 0.75, 0.5},
+       {"torque_step", 1, {{{"torque", {1.0, 0.1, "N"}}, {"time", {2.0, 0.0, "s"}}}}, "a.csv", "a step", 0.5, 0.25}},
+      "joint 2: torque -= 0.25 sign(v)",
+      0.75};
+  d.inclusion.items = {{"coulomb_friction@2", 0.75}, {"torque_step@1", 0.5}};
   d.remainder = {0.04, {{0.5, 0.5, 0.0, 0.0, 0.0}}};
   d.alternatives = {{{"stribeck_friction@2"}, 0.125, "joint 2: ...", true}, {{}, 0.0625, "", false}};
   d.indistinguishable = {{"coulomb_friction@2", "stribeck_friction@2"}};

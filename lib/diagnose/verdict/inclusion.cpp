@@ -1,0 +1,146 @@
+#include "diagnose/verdict/inclusion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/error.hpp"
+#include "diagnose/settings.hpp"
+#include "physics/catalogue.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+/// The set next to another, if it was fitted.
+const Candidate* candidate_of(const Explanation& explanation, const std::vector<Effect>& effects) {
+  const std::string name = key(effects);
+  const auto at = std::ranges::find_if(explanation.candidates,
+                                       [&](const Candidate& candidate) { return key(candidate.fit.effects) == name; });
+  return at == explanation.candidates.end() ? nullptr : &*at;
+}
+
+/// Sets with one effect less, or with a simpler law of it.
+std::vector<std::vector<Effect>> simpler_sets(const std::vector<Effect>& effects) {
+  std::vector<std::vector<Effect>> list;
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    list.push_back(without(effects, e));
+    std::vector<Effect> simpler = effects;
+    if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
+  }
+  return list;
+}
+
+/// Dry friction that is no stronger at rest than its simpler law is that law.
+bool same_at_rest(const EffectForm& form, const EffectForm& simpler) {
+  if (!form.roles().dry_friction || !simpler.roles().dry_friction) return false;
+  const double level = simpler.sliding({});
+  return std::abs(form.sliding({}) - level) < kSettings.verdict.same_law * level;
+}
+
+/// The set in which such a law has given way; empty where there is none.
+std::optional<std::size_t> collapsed(const Explanation& explanation, const Candidate& candidate) {
+  std::vector<Effect> simpler = candidate.fit.effects;
+  bool any = false;
+  for (Effect& effect : simpler) {
+    EffectForm form = effect.form;
+    if (!simplify(form) || !same_at_rest(effect.form, form)) continue;
+    effect.form = form;
+    any = true;
+  }
+  const Candidate* to = any ? candidate_of(explanation, simpler) : nullptr;
+  if (to == nullptr || to == &candidate) return std::nullopt;
+  return static_cast<std::size_t>(to - explanation.candidates.data());
+}
+
+/// The simpler set that does nearly as well as this one although the noise can tell the two apart (else their evidence
+/// says which), the best of several; empty where there is none.
+std::optional<std::size_t> as_good(const Explanation& explanation, const Candidate& candidate, double immaterial) {
+  std::optional<std::size_t> best;
+  for (const std::vector<Effect>& set : simpler_sets(candidate.fit.effects)) {
+    const Candidate* simpler = candidate_of(explanation, set);
+    if (simpler == nullptr || simpler == &candidate) continue;
+    const double more = simpler->fit.sse - candidate.fit.sse;
+    if (!(more > 2.0 * kSettings.verdict.inseparable && more < immaterial)) continue;
+    const auto place = static_cast<std::size_t>(simpler - explanation.candidates.data());
+    if (!best || simpler->fit.sse < explanation.candidates[*best].fit.sse) best = place;
+  }
+  return best;
+}
+
+double log_of_sum(double a, double b) {
+  const double most = std::max(a, b);
+  return most == -kInfinity ? most : most + std::log(std::exp(a - most) + std::exp(b - most));
+}
+
+}  // namespace
+
+void merge_immaterial(Explanation& explanation) {
+  const double nominal = explanation.without_effects().fit.sse;
+  const double immaterial = std::pow(kSettings.verdict.immaterial, 2) * nominal;
+  std::vector<Candidate>& list = explanation.candidates;
+  std::vector<std::size_t> order(list.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  // The largest first, so that what a set was given it hands on.
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
+    return std::pair(list[a].fit.effects.size(), list[a].fit.unknowns.size()) >
+           std::pair(list[b].fit.effects.size(), list[b].fit.unknowns.size());
+  });
+  for (const std::size_t i : order) {
+    if (!(list[i].probability > 0.0)) continue;
+    std::optional<std::size_t> to = collapsed(explanation, list[i]);
+    if (!to) to = as_good(explanation, list[i], immaterial);
+    if (!to) continue;
+    Candidate &from = list[i], &heir = list[*to];
+    heir.probability += from.probability;
+    heir.fit.log_evidence = log_of_sum(heir.fit.log_evidence, from.fit.log_evidence);
+    from.probability = 0.0;
+    from.fit.log_evidence = -kInfinity;
+  }
+  std::ranges::stable_sort(list, std::greater{}, &Candidate::probability);
+}
+
+std::map<std::string, double> inclusion(const Explanation& explanation) {
+  std::map<std::string, double> sums;
+  for (const Candidate& candidate : explanation.candidates) {
+    for (const Effect& effect : candidate.fit.effects) {
+      sums[std::string(name_of(effect.form)) + "@" + std::to_string(effect.joint + 1)] += candidate.probability;
+    }
+  }
+  return sums;
+}
+
+double inclusion_of_any(const Explanation& explanation, const std::vector<std::string>& names, int joints) {
+  double sum = 0.0;
+  for (const Candidate& candidate : explanation.candidates) {
+    const bool holds = std::ranges::any_of(candidate.fit.effects, [&](const Effect& effect) {
+      return std::ranges::find(names, label(effect, joints)) != names.end();
+    });
+    if (holds) sum += candidate.probability;
+  }
+  return sum;
+}
+
+std::vector<double> shares(const Explanation& explanation, const std::vector<Measured>& data,
+                           const ExplainOptions& options) {
+  const Fit& best = explanation.best().fit;
+  const double beyond_noise = explanation.without_effects().fit.sse - best.sse;
+  const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, options);
+  std::vector<double> list;
+  for (std::size_t e = 0; e < best.effects.size(); ++e) {
+    const std::vector<Effect> others = without(best.effects, e);
+    double left = kInfinity;
+    if (const Candidate* known = candidate_of(explanation, others)) {
+      left = known->fit.sse;
+    } else {
+      try {
+        left = fit(problem, others, best.initial_states).sse;
+      } catch (const NumericalError&) {  // nothing runs without it
+      }
+    }
+    list.push_back(std::clamp((left - best.sse) / beyond_noise, 0.0, 1.0));
+  }
+  return list;
+}
+
+}  // namespace bayesctrl
