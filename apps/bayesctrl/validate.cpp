@@ -14,7 +14,9 @@ void declare_validate(CLI::App& app, ExitCode& exit) {
     bool json = false;
   };
   auto command = std::make_shared<Command>();
-  CLI::App* sub = app.add_subcommand("validate", "Read specs of any kind without running them; report every bad one");
+  CLI::App* sub = app.add_subcommand(
+      "validate",
+      "Read specs of any kind, and the recordings that they name, without running them; report every bad one");
   sub->add_option("SPEC", command->specs, "YAML specs: studies, diagnoses, trials, ...")->required();
   add_set_option(*sub, command->assignments);
   sub->add_flag("--json", command->json, "Print one JSON object on standard output and nothing else");

@@ -428,7 +428,7 @@ struct VerdictSettings {
   double significant = 1e-4;
   double nothing = 1e-5;
   double material = 0.1;
-  double immaterial = 3e-4;
+  double immaterial = 5e-3;
   double listed = 0.01;
   double same_law = 0.02;
   double earned = 10.0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/format.hpp"
+#include "diagnose/recording/read_recording.hpp"
 #include "diagnose/recording/spec.hpp"
 #include "diagnose/verdict/simulate_model.hpp"
 #include "experiment/calibrate.hpp"
@@ -70,6 +72,22 @@ std::string not_there(const DiagnosisSpec& spec) {
   return text;
 }
 
+/// The recordings that are there, opened as diagnose opens them: how much they hold. Throws what it throws.
+std::string opened(const DiagnosisSpec& spec) {
+  std::size_t samples = 0;
+  double seconds = 0.0;
+  for (const std::vector<RecordingFile>* files : {&spec.recordings, &spec.held_out}) {
+    for (const RecordingFile& file : *files) {
+      if (!std::filesystem::exists(file.file)) continue;
+      const Measured measured = read_recording(file, spec.signals);
+      if (std::filesystem::exists(file.simulation)) read_simulation(file, spec.signals, measured);
+      samples += measured.samples();
+      seconds += measured.time.back();
+    }
+  }
+  return samples == 0 ? "" : ", " + count(samples, "sample") + " in " + format(seconds, 3) + " s";
+}
+
 /// The first point of a diagnosis, after all were read. A spec without a sweep is its only point.
 DiagnosisSpec first_diagnosis(Node node, std::size_t* points = nullptr) {
   const Sweep sweep = take_sweep(node);
@@ -85,7 +103,7 @@ std::string diagnosis_summary(const Node& node) {
   const std::string swept = points > 1 ? ", sweep of " + std::to_string(points) + " points" : "";
   return "diagnosis '" + spec.name + "', " + count(spec.recordings.size(), "recording") + ", " +
          std::to_string(spec.held_out.size()) + " held out, " + count(spec.effects.size(), "effect") + swept +
-         not_there(spec);
+         opened(spec) + not_there(spec);
 }
 
 std::string model_summary(const Node& node) {

@@ -128,6 +128,21 @@ std::string signal_line(const DataTable& table, const std::string& key, const st
   return "  # " + reasons + "\n  " + key + ": " + (guesses.size() == 1 ? list : "[" + list + "]") + "\n";
 }
 
+/// Columns of which no signal is made.
+std::string left_out(const DataTable& table, const ColumnGuesses& guesses) {
+  std::vector<std::string> used;
+  if (guesses.time) used.push_back(guesses.time->column);
+  for (const auto* list : {&guesses.position, &guesses.velocity, &guesses.input}) {
+    for (const ColumnGuess& guess : *list) used.push_back(guess.column);
+  }
+  std::string names;
+  for (const std::string& name : table.names) {
+    if (std::find(used.begin(), used.end(), name) != used.end()) continue;
+    names += (names.empty() ? "" : ", ") + in_yaml(name);
+  }
+  return names.empty() ? "" : "  # left out, the recording has them too: " + names + "\n";
+}
+
 /// A time column without a unit whose steps are longer than machines are sampled at is in milliseconds or microseconds.
 void guess_time_unit(const std::vector<double>& time, ColumnGuess& guess) {
   if (!guess.unit.empty() || time.size() < 2) return;
@@ -248,6 +263,7 @@ std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::stri
   text += signal_line(table, "position", guesses.position);
   if (!guesses.velocity.empty()) text += signal_line(table, "velocity", guesses.velocity);
   text += signal_line(table, "input", guesses.input);
+  text += left_out(table, guesses);
   text += recordings_text(names, time);
   return text + line("horizon_s: 1", note<DiagnosisSpec>("horizon_s"));
 }

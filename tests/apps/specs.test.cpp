@@ -92,6 +92,33 @@ TEST_CASE("validate takes every kind of spec and says which it is, in words or a
   CHECK(list.back()["error"] == broken + ":4:1: the spec has no 'recordigns', did you mean 'recordings'?");
 }
 
+TEST_CASE("validate opens the recordings of a diagnosis: what diagnose would refuse is said before it runs", "[apps]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "a.yaml", recording = folder.path() / "a.csv";
+  const auto validate = [&](const std::string& csv) {
+    write_file(recording, csv);
+    return bayesctrl_with({"validate", spec});
+  };
+  write_file(spec, "name: a\nmodel: {plant: mass}\nsignals: {time: t, position: q, input: u}\nrecordings: [a.csv]\n");
+  std::string rows;
+  for (int k = 0; k < 41; ++k) rows += std::to_string(0.05 * k) + ",0.1,0.2\n";
+  const CommandResult good = validate("t,q,u\n" + rows);
+  CHECK(good.status == 0);
+  CHECK_THAT(good.out, Contains("1 recording, 0 held out") && Contains(", 41 samples in 2 s\n"));
+  for (const auto& [csv, why] : {std::pair<std::string, std::string>{"t,x,u\n" + rows, "'q'"},
+                                 {"t,q,u\n" + rows + "2.05,1\n", "a.csv:43"},
+                                 {"t,q,u\n0,0,0\n0.1,0,0\n", "2 samples"}}) {
+    const CommandResult bad = validate(csv);
+    INFO(bad.err);
+    CHECK(bad.status != 0);
+    CHECK_THAT(bad.err, Contains("a.csv") && Contains(why));
+  }
+  fs::remove(recording);  // a spec may be checked where its recordings are not
+  const CommandResult absent = bayesctrl_with({"validate", spec});
+  CHECK(absent.status == 0);
+  CHECK_THAT(absent.out, Contains("there is no file"));
+}
+
 TEST_CASE("init writes an experiment that validates and runs, and overwrites nothing", "[apps]") {
   const Folder folder;
   const CommandResult result = bayesctrl_with({"init", "experiment"}, folder.path());
@@ -116,7 +143,7 @@ TEST_CASE("init writes a diagnosis of a recording that diagnose answers", "[apps
   INFO(result.err);
   REQUIRE(result.status == 0);
   CHECK(bayesctrl_with({"validate", spec}).out ==
-        spec + ": ok, diagnosis 'swing', 1 recording, 1 held out, 26 effects\n");
+        spec + ": ok, diagnosis 'swing', 1 recording, 1 held out, 26 effects, 1200 samples in 12 s\n");
   const CommandResult diagnosis = bayesctrl_with({"diagnose", spec, "--set", "model.parameters.friction=0.2", "--out",
                                                   folder.path() / "out", "--json", "--no-report"});
   INFO(diagnosis.err);

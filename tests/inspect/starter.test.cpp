@@ -136,6 +136,16 @@ TEST_CASE("The starter of a diagnosis reads its recordings as they are", "[inspe
   CHECK(train.position(10, 0) == Approx(3.14159265 / 180.0));
 }
 
+TEST_CASE("The starter of a diagnosis says which columns it leaves out", "[inspect]") {
+  const Folder folder;
+  const auto text = [&](const std::string& header) {
+    write_file(folder.path() / "a.csv", csv(header));
+    return diagnosis_starter({folder.path() / "a.csv"}, "", folder.path());
+  };
+  CHECK_THAT(text("t,q,u,temp: a,note"), Contains("# left out, the recording has them too: \"temp: a\", note\n"));
+  CHECK_THAT(text("t,q,u"), !Contains("left out"));
+}
+
 TEST_CASE("The starter of a diagnosis chooses a plant from the columns, and the last of several recordings is held out",
           "[inspect]") {
   const Folder folder;

@@ -306,6 +306,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
   Explanation result;
   result.given = given;
   result.noise = noise_level(data);
+  bool noisy = true;
   // Recordings without noise: what the machine's arithmetic leaves stands in for it.
   for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
     double squares = 0.0, count = 0.0;
@@ -314,7 +315,9 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
       squares += q.square().sum();
       count += static_cast<double>(q.size());
     }
-    result.noise[j] = std::max(result.noise[j], kSettings.search.numerical_floor * std::sqrt(squares / count) + 1e-12);
+    const double floor = kSettings.search.numerical_floor * std::sqrt(squares / count) + 1e-12;
+    if (result.noise[j] < floor) noisy = false;
+    result.noise[j] = std::max(result.noise[j], floor);
   }
   const std::vector<Trajectory> paths = smooth_all(given, data, result.noise);
   const std::vector<Segment> parts = windows(data, options.window);
@@ -322,8 +325,9 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     const LinearResponse first(given, data, paths, result.noise, parts, options.fastest_mode);
     const Eigen::VectorXd ratio = first.noise_ratio();
     result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
-    options.effort *=
-        std::clamp(kSettings.search.usual_rows / static_cast<double>(first.rows()), 1.0, kSettings.search.most_effort);
+    // A thorough search of recordings without noise finds what imitates their arithmetic.
+    const double fewer = noisy ? kSettings.search.usual_rows / static_cast<double>(first.rows()) : 1.0;
+    options.effort *= std::clamp(fewer, 1.0, kSettings.search.most_effort);
     for (Eigen::Index j = 0; j < ratio.size(); ++j) {
       if (result.fast_rows > kSettings.search.fewest_fast_rows && ratio[j] > kSettings.search.least_noise_ratio &&
           ratio[j] < kSettings.search.most_noise_ratio)
