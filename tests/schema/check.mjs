@@ -97,7 +97,7 @@ const beyond = new RegExp([
   "is trained_from|is adaptive and needs|has a belief in which|simulation beside every|is also a training recording",
   "No such file|the study has no controller|names that may be used",
   "inertia '.*' is not positive|steps, at most|file is empty|is not known; known are",
-  "low is above high|--set |there is no file|is empty|EXPERIMENT.CONTROLLER.METRIC|there is no '|write a comparison",
+  "low is above high|--set |there is no file|is empty|EXPERIMENT.CONTROLLER.METRIC|there is no '|write a comparison|no column '.*allowed",
 ].join("|"));
 
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), "bayesctrl-schema-"));
