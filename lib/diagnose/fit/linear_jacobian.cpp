@@ -79,7 +79,6 @@ void complete_priors(const FitProblem& problem, Fit& fit) {
     unknown.least_deviation = on_sensor(fit, unknown)
                                   ? kSettings.motion.prior_share
                                   : kSettings.motion.prior_share * nominal / std::max(rms[i], 1e-12 * nominal);
-    unknown.prior_deviation = unknown.least_deviation;
   }
   renew_priors(fit.unknowns, fit.effects);
 }

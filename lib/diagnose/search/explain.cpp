@@ -234,8 +234,11 @@ FitProblem problem_about(const Linearisation& about, const Explanation& explanat
           *about.response,   *about.forcing,    options.penalty, explanation.max_step};
 }
 
-const Candidate& Explanation::without_effects() const {
-  return *std::find_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.fit.effects.empty(); });
+const Candidate* Explanation::find(const std::vector<Effect>& effects) const {
+  const std::string name = key(effects);
+  const auto at =
+      std::ranges::find_if(candidates, [&](const Candidate& candidate) { return key(candidate.fit.effects) == name; });
+  return at == candidates.end() ? nullptr : &*at;
 }
 
 double cost(double error, const Fit& fit) {

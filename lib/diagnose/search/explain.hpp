@@ -40,7 +40,9 @@ struct Explanation {
   double noise_rms() const { return noise.norm() / std::sqrt(static_cast<double>(noise.size())); }
 
   const Candidate& best() const { return candidates.front(); }
-  const Candidate& without_effects() const;
+  /// The candidate of a set; null where it was not fitted.
+  const Candidate* find(const std::vector<Effect>& effects) const;
+  const Candidate& without_effects() const { return *find({}); }
 
   /// Probability that a model as good as this one leaves so much: SSE of its residual against the noise (F test).
   double p_value(const Fit& fit) const;

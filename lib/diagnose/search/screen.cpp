@@ -58,10 +58,6 @@ void add_what_is_held(Dictionary& dictionary, const LinearResponse& response, co
 
 bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
 
-}  // namespace
-
-namespace {
-
 /// Coefficients of a few columns with normal priors of these widths, squares that they explain, and the log determinant
 /// of I + W gram W.
 struct Solved {

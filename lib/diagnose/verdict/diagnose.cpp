@@ -169,7 +169,7 @@ Explained explained(const Search& search, const Judgement& judgement, const std:
   }
   const Fit& best = search.best();
   const std::vector<std::vector<std::string>>& classes = judgement.equivalence.classes;
-  const std::vector<double> share = shares(search.explanation, search.data, search.options);
+  const std::vector<double> share = shares(search.explanation, search.data, search.options, search.spec.horizon);
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
     result.effects.push_back(shown_effect(best, e, search.data, units));
     result.effects.back().inclusion = inclusion_of_any(search.explanation, classes[e], search.spec.joints());

@@ -6,19 +6,12 @@
 
 #include "base/error.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/which.hpp"
 #include "physics/catalogue.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-/// The set next to another, if it was fitted.
-const Candidate* candidate_of(const Explanation& explanation, const std::vector<Effect>& effects) {
-  const std::string name = key(effects);
-  const auto at = std::ranges::find_if(explanation.candidates,
-                                       [&](const Candidate& candidate) { return key(candidate.fit.effects) == name; });
-  return at == explanation.candidates.end() ? nullptr : &*at;
-}
 
 /// Sets with one effect less, or with a simpler law of it.
 std::vector<std::vector<Effect>> simpler_sets(const std::vector<Effect>& effects) {
@@ -48,7 +41,7 @@ std::optional<std::size_t> collapsed(const Explanation& explanation, const Candi
     effect.form = form;
     any = true;
   }
-  const Candidate* to = any ? candidate_of(explanation, simpler) : nullptr;
+  const Candidate* to = any ? explanation.find(simpler) : nullptr;
   if (to == nullptr || to == &candidate) return std::nullopt;
   return static_cast<std::size_t>(to - explanation.candidates.data());
 }
@@ -58,7 +51,7 @@ std::optional<std::size_t> collapsed(const Explanation& explanation, const Candi
 std::optional<std::size_t> as_good(const Explanation& explanation, const Candidate& candidate, double immaterial) {
   std::optional<std::size_t> best;
   for (const std::vector<Effect>& set : simpler_sets(candidate.fit.effects)) {
-    const Candidate* simpler = candidate_of(explanation, set);
+    const Candidate* simpler = explanation.find(set);
     if (simpler == nullptr || simpler == &candidate) continue;
     const double more = simpler->fit.sse - candidate.fit.sse;
     if (!(more > 2.0 * kSettings.verdict.inseparable && more < immaterial)) continue;
@@ -122,23 +115,23 @@ double inclusion_of_any(const Explanation& explanation, const std::vector<std::s
 }
 
 std::vector<double> shares(const Explanation& explanation, const std::vector<Measured>& data,
-                           const ExplainOptions& options) {
+                           const ExplainOptions& options, double horizon) {
   const Fit& best = explanation.best().fit;
-  const double beyond_noise = explanation.without_effects().fit.sse - best.sse;
+  const auto squares = [&](const Fit& fit) {
+    return std::pow(error_beyond_noise(fit, explanation, data, explanation.measured->paths, horizon), 2);
+  };
   const FitProblem problem = problem_about(*explanation.linearisation, explanation, data, options);
+  const double least = squares(best), all = squares(explanation.without_effects().fit) - least;
   std::vector<double> list;
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
     const std::vector<Effect> others = without(best.effects, e);
     double left = kInfinity;
-    if (const Candidate* known = candidate_of(explanation, others)) {
-      left = known->fit.sse;
-    } else {
-      try {
-        left = fit(problem, others, best.initial_states).sse;
-      } catch (const NumericalError&) {  // nothing runs without it
-      }
+    try {
+      const Candidate* known = explanation.find(others);
+      left = squares(known != nullptr ? known->fit : fit(problem, others));
+    } catch (const NumericalError&) {  // nothing runs without it
     }
-    list.push_back(std::clamp((left - best.sse) / beyond_noise, 0.0, 1.0));
+    list.push_back(all > 0.0 ? std::clamp((left - least) / all, 0.0, 1.0) : 0.0);
   }
   return list;
 }

@@ -19,9 +19,10 @@ std::map<std::string, double> inclusion(const Explanation& explanation);
 /// The probability of all sets that hold one of these effects (labels), which the recordings cannot tell apart.
 double inclusion_of_any(const Explanation& explanation, const std::vector<std::string>& names, int joints);
 
-/// Of each effect of the best set: the part of the refit nominal's squared error beyond the noise that it takes away,
-/// which is what the others, adjusted anew, leave more without it. 0 to 1; sums to 1 where effects do not interfere.
+/// Of each effect of the best set: the part of the refit nominal's squared error beyond the noise, in free runs of
+/// `horizon` seconds, that it takes away, which is what the others, adjusted anew, leave more without it. 0 to 1; sums
+/// to 1 where effects do not interfere.
 std::vector<double> shares(const Explanation& explanation, const std::vector<Measured>& data,
-                           const ExplainOptions& options);
+                           const ExplainOptions& options, double horizon);
 
 }  // namespace bayesctrl

@@ -144,13 +144,11 @@ std::size_t strongest(const Explanation& explanation) {
   std::size_t strongest = 0;
   double most = -kInfinity;
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
-    const std::string name = key(without(best.effects, e));
-    for (const Candidate& candidate : explanation.candidates) {
-      if (key(candidate.fit.effects) != name) continue;
-      if (const double loss = best.log_evidence - candidate.fit.log_evidence; loss > most) {
-        most = loss;
-        strongest = e;
-      }
+    const Candidate* others = explanation.find(without(best.effects, e));
+    if (others == nullptr) continue;
+    if (const double loss = best.log_evidence - others->fit.log_evidence; loss > most) {
+      most = loss;
+      strongest = e;
     }
   }
   return strongest;

@@ -88,6 +88,7 @@ TEST_CASE("A spring beside the friction that holds it out of balance is named wi
     const Diagnosis diagnosis = diagnosed("-k*q", joint, noise);
     INFO(to_json(diagnosis).dump(1));
     REQUIRE(diagnosis.explanation.effects.size() == 2);
+    for (const ExplainedEffect& effect : diagnosis.explanation.effects) CHECK(*effect.share > 0.05);
     CHECK(std::abs(parameter_of(diagnosis, "level").value - 0.3) < 4.0 * parameter_of(diagnosis, "level").sd + 5e-4);
     CHECK(std::abs(parameter_of(diagnosis, "stiffness").value - 0.6) <
           4.0 * parameter_of(diagnosis, "stiffness").sd + 5e-4);
