@@ -178,7 +178,8 @@ struct FitSettings {
 
 /// The search over sets of effects.
 struct SearchSettings {
-  double effect_penalty = 3.0;
+  double expected_effects = 2.0;
+  double most_likely = 0.2;
   int most_effects = 3;
   int kept_findings = 100;
   int beam = 40;
@@ -215,7 +216,10 @@ struct SearchSettings {
   double lost = 10.0;
 
   static void fields(auto& self, auto&& field) {
-    field("effect_penalty", self.effect_penalty, {kPositive, "nats", "per effect: a prior odds of 1 to 20 for each"});
+    field("expected_effects", self.expected_effects,
+          {kPositive, "", "a machine has, before anything is known: all that may be, in any joint, share them"});
+    field("most_likely", self.most_likely,
+          {kPositive, "probability", "of an effect before anything is known, at most"});
     field("most_effects", self.most_effects, {kPositive, "", "in a set that the screen looks at"});
     field("kept_findings", self.kept_findings, {kPositive, "", "pairs, and triples, that the screen returns"});
     field("beam", self.beam, {kPositive, "", "pairs that it extends to triples"});
@@ -428,11 +432,15 @@ struct VerdictSettings {
   double significant = 1e-4;
   double nothing = 1e-5;
   double material = 0.1;
-  double immaterial = 5e-3;
+  double immaterial = 1e-2;
+  double unseen = 1e-3;
+  double never_acts = 0.1;
+  int most_equivalents = 3;
   double listed = 0.01;
   double same_law = 0.02;
   double earned = 10.0;
   double confident = 0.9;
+  double likely = 0.5;
   double inseparable = 3.0;
   double imperfect = 2.0;
   int compared_sets = 15;
@@ -467,11 +475,19 @@ struct VerdictSettings {
            "that the remainder takes away, beyond which the verdict is unknown"});
     field("immaterial", self.immaterial,
           {kPositive, "of the refit nominal's error", "which a part of an explanation has to take away to be listed"});
+    field("unseen", self.unseen,
+          {kPositive, "likewise", "where the explanation with that part leaves no more than noise"});
+    field("never_acts", self.never_acts,
+          {kPositive, "nats",
+           "by which an effect changes the evidence at most, beside its penalty, that does nothing there"});
     field("same_law", self.same_law,
           {kPositive, "", "by which dry friction is at least stronger at rest, else it is the simpler law"});
     field("listed", self.listed, {kPositive, "probability", "of inclusion, beyond which an effect is listed there"});
     field("earned", self.earned, {kPositive, "nats", "by which effects beside a remainder have to beat it alone"});
-    field("confident", self.confident, {kPositive, "probability", "below which a set is ambiguous"});
+    field("confident", self.confident, {kPositive, "probability", "of inclusion of each effect that is named"});
+    field("likely", self.likely, {kPositive, "probability", "and of the set, below which it is ambiguous"});
+    field("most_equivalents", self.most_equivalents,
+          {kPositive, "", "names of one effect, the most probable: more would be none"});
     field("inseparable", self.inseparable,
           {kPositive, "nats", "within which effects that replace each other are observationally equivalent"});
     field("imperfect", self.imperfect,

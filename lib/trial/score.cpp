@@ -18,6 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 using Set = std::multiset<std::string>;
 
+constexpr double kCertain = 0.9;    // inclusion
 constexpr double kMatters = 0.02;   // probability of an alternative
 constexpr double kTwoSided = 1.96;  // deviations of a 95 % interval
 constexpr std::array<std::pair<double, double>, 3> kBands{{{2.0, 5.0}, {5.0, 15.0}, {15.0, 50.1}}};
@@ -99,7 +100,7 @@ struct Count {
 };
 
 /// Whether an answer is stated as nearly certain.
-bool states(const Scored& s) { return s.confident && s.probability >= 0.9; }
+bool states(const Scored& s) { return s.confident && s.probability >= kCertain; }
 
 std::string row(const std::string& name, const Count& c) {
   return "| " + name + " | " + std::to_string(c.cases) + " | " + percent(c.detected, c.cases) + " | " +
@@ -151,6 +152,35 @@ void judge_names(Scored& s, const ordered_json& truth, const Diagnosis& d) {
   if (s.confident) s.named = right;
   if (s.verdict == Verdict::ambiguous) s.named = is_among(wanted, right, d.alternatives);
   s.wrong = s.confident && !right;
+}
+
+/// How many effects are listed as certain, and how many of them, or of what they were said to be inseparable from, were
+/// hidden. Each hidden one counts once.
+void judge_certain(Scored& s, const ordered_json& truth, const Diagnosis& d) {
+  const int joints = joints_of(truth, d);
+  Set hidden = names_of_truth(truth, joints);
+  std::vector<std::string> replaced;
+  for (const ExplainedEffect& effect : d.explanation.effects) {
+    if (!(effect.inclusion.value_or(0.0) >= kCertain)) continue;
+    ++s.certain;
+    const std::string name = label(effect, joints);
+    if (const auto at = hidden.find(name); at != hidden.end()) {
+      ++s.certain_right;
+      hidden.erase(at);
+    } else {
+      replaced.push_back(name);
+    }
+  }
+  for (const std::string& name : replaced) {
+    const auto at = std::ranges::find_if(hidden, [&](const std::string& other) {
+      return std::ranges::any_of(d.indistinguishable, [&](const std::vector<std::string>& names) {
+        return names.front() == name && std::ranges::find(names, other) != names.end();
+      });
+    });
+    if (at == hidden.end()) continue;
+    ++s.certain_right;
+    hidden.erase(at);
+  }
 }
 
 void judge_cause(Scored& s, const ordered_json& outside, const Mismatch& mismatch) {
@@ -218,6 +248,7 @@ Scored score(const std::string& name, const ordered_json& truth, const Diagnosis
   s.confident = s.verdict == Verdict::named;
   s.declined = s.verdict == Verdict::unknown;
   judge_names(s, truth, d);
+  judge_certain(s, truth, d);
   const FitErrors& errors = d.fit.held_out;
   const auto over_noise = [&](const std::optional<double>& error) {
     return error.value_or(std::nan("")) / std::max(s.noise, 1e-12);
@@ -326,17 +357,21 @@ std::string tables(const std::vector<Scored>& cases) {
     text += "| " + format(low, 3) + " to " + format(std::min(high, 1.0), 3) + " | " + std::to_string(total) + " | " +
             percent(right, total) + " |\n";
   }
-  text += "\n## Names stated with 0.9 or more, by family\n\n| | cases | right |\n|---|---:|---:|\n";
-  for (const char* family : {"single", "pair", "triple", "short", "outside"}) {
-    int total = 0, right = 0;
+  text +=
+      "\n## What is stated with 0.9 or more, by family\n\n| | sets | right | effects | right "
+      "|\n|---|---:|---:|---:|---:|\n";
+  for (const char* family : {"single", "pair", "triple", "short", "outside", "nothing"}) {
+    int sets = 0, right = 0, effects = 0, hidden = 0;
     for (const Scored& s : cases) {
-      if (s.family != family || !states(s)) continue;
-      ++total;
-      right += !s.wrong;
+      if (s.family != family) continue;
+      sets += states(s);
+      right += states(s) && !s.wrong;
+      effects += s.certain;
+      hidden += s.certain_right;
     }
-    if (total > 0) {
-      text += "| " + std::string(family) + " | " + std::to_string(total) + " | " + percent(right, total) + " |\n";
-    }
+    if (sets + effects == 0) continue;
+    text += "| " + std::string(family) + " | " + std::to_string(sets) + " | " + percent(right, sets) + " | " +
+            std::to_string(effects) + " | " + percent(hidden, effects) + " |\n";
   }
   const ordered_json figures = summary(cases);
   text += "\n## Figures\n\n| | |\n|---|---:|\n";

@@ -82,6 +82,7 @@ class Linearised {
         forcing(nominal, data, paths),
         problem{nominal, nominal, {}, data, response, forcing} {
     problem.max_step = 2e-3;
+    problem.penalty = 3.0;
   }
   Linearised(const Linearised&) = delete;  // the parts refer to one another
 

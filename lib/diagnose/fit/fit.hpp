@@ -46,9 +46,9 @@ struct FitProblem {
   const std::vector<Measured>& data;
   const LinearResponse& response;
   const Forcing& forcing;
-  double penalty = kSettings.search.effect_penalty;  // nats per effect
-  double max_step = 0.011;                           // s, of the integration
-  double best = kInfinity;                           // SSE of the best fit so far
+  double penalty = 0.0;     // nats per effect
+  double max_step = 0.011;  // s, of the integration
+  double best = kInfinity;  // SSE of the best fit so far
 };
 
 /// Covariance and evidence of a fit, by Laplace's approximation.

@@ -230,8 +230,8 @@ Projected free_projected_out(const Linearisation& about, const Plant& plant, con
 
 FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
                          const ExplainOptions& options) {
-  return {explanation.start, explanation.given, options.free,    data,
-          *about.response,   *about.forcing,    options.penalty, explanation.max_step};
+  return {explanation.start, explanation.given, options.free,        data,
+          *about.response,   *about.forcing,    explanation.penalty, explanation.max_step};
 }
 
 const Candidate* Explanation::find(const std::vector<Effect>& effects) const {
@@ -263,18 +263,19 @@ namespace {
 void explore(Explanation& result, const std::vector<Measured>& data, std::vector<Trajectory> paths,
              const ExplainOptions& options) {
   const Plant nominal = result.start;
-  Fits fits(nominal, result.given, data, options);
   std::vector<std::vector<Effect>> kept;  // the best sets of the round before,
   double reached = -kInfinity;            // and the evidence of the best
+  std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
+  result.measured = about;
+  result.penalty = about->dictionary.penalty();
+  Fits fits(nominal, result.given, data, options, result.penalty);
   for (int round = 0; round < kSettings.search.rounds; ++round) {
-    std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
     result.rows = static_cast<double>(about->response->rows());
     result.max_step = fits.about(about);
-    if (round == 0) result.measured = about;
     for (const std::vector<Effect>& effects : kept) fits.add(effects);
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
     const Projected projected = free_projected_out(*about, nominal, data, options.free);
-    const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = options.penalty});
+    const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = result.penalty});
     search(fits, screen, about->dictionary, result, options);
     fits.refine();
     rank(result, fits);
@@ -298,7 +299,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     for (std::size_t i = 0; i < std::min(std::size_t{kSettings.search.kept_sets}, result.candidates.size()); ++i) {
       kept.push_back(result.candidates[i].fit.effects);
     }
-    paths = simulated(fits.problem(), result.best().fit, about->paths);
+    about = linearise(nominal, data, result.noise, simulated(fits.problem(), result.best().fit, about->paths), options);
   }
 }
 
@@ -309,7 +310,6 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
   Explanation result;
   result.given = given;
   result.noise = noise_level(data);
-  bool noisy = true;
   // Recordings without noise: what the machine's arithmetic leaves stands in for it.
   for (Eigen::Index j = 0; j < result.noise.size(); ++j) {
     double squares = 0.0, count = 0.0;
@@ -319,7 +319,6 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
       count += static_cast<double>(q.size());
     }
     const double floor = kSettings.search.numerical_floor * std::sqrt(squares / count) + 1e-12;
-    if (result.noise[j] < floor) noisy = false;
     result.noise[j] = std::max(result.noise[j], floor);
   }
   const std::vector<Trajectory> paths = smooth_all(given, data, result.noise);
@@ -328,8 +327,7 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
     const LinearResponse first(given, data, paths, result.noise, parts, options.fastest_mode);
     const Eigen::VectorXd ratio = first.noise_ratio();
     result.fast_rows = fast_rows(first, parts, static_cast<int>(result.noise.size()));
-    // A thorough search of recordings without noise finds what imitates their arithmetic.
-    const double fewer = noisy ? kSettings.search.usual_rows / static_cast<double>(first.rows()) : 1.0;
+    const double fewer = kSettings.search.usual_rows / static_cast<double>(first.rows());
     options.effort *= std::clamp(fewer, 1.0, kSettings.search.most_effort);
     for (Eigen::Index j = 0; j < ratio.size(); ++j) {
       if (result.fast_rows > kSettings.search.fewest_fast_rows && ratio[j] > kSettings.search.least_noise_ratio &&

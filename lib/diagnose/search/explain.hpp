@@ -33,6 +33,7 @@ struct Explanation {
   Plant given;              // the nominal as it is
   Eigen::VectorXd noise;    // standard deviation per joint
   double max_step = 0.011;  // s, of simulations
+  double penalty = 0.0;     // nats per effect, of the prior
   double rows = 0.0;        // of the residuals
   double fast_rows = 0.0;   // from which the noise is known
 
@@ -60,7 +61,6 @@ struct ExplainOptions {
   std::vector<std::string> free;                        // nominal parameters
   double window = kSettings.motion.segment;             // s
   double fastest_mode = kSettings.motion.fastest_mode;  // Hz, of what mechanics does
-  double penalty = kSettings.search.effect_penalty;     // nats per effect
   int refined = kSettings.search.fitted_findings;       // findings of the screen that are fitted, at least
   int neighbours = kSettings.search.neighbours;         // sets next to the best one that are fitted in each round
   double effort = 1.0;                                  // times as many of both, of subsets and of finalists

@@ -137,27 +137,29 @@ std::vector<const Fit*> Fits::ranked() const {
 FitProblem Fits::problem() const {
   double best = kInfinity;
   for (const auto& [name, fit] : fits_) best = std::min(best, fit.sse);
-  return {nominal_,         given_,           options_.free, data_, *about_->response,
-          *about_->forcing, options_.penalty, max_step_,     best};
+  return {nominal_, given_, options_.free, data_, *about_->response, *about_->forcing, penalty_, max_step_, best};
 }
 
-/// Those that are nearly as good as the best, its own subsets and equivalents, and what it is with a simpler law.
+/// Those that are nearly as good as the best, their subsets, what they are with a simpler law, and equivalents of the
+/// best.
 std::vector<Fit> Fits::finalists() const {
-  std::vector<Fit> list;
   const std::vector<const Fit*> best = ranked();
-  const std::vector<Effect>& set = best.front()->effects;
-  std::set<std::string> subsets;
-  for (std::size_t e = 0; e < set.size(); ++e) {
-    subsets.insert(key(without(set, e)));
-    std::vector<Effect> simpler = set;
-    if (simplify(simpler[e].form)) subsets.insert(key(simpler));
-  }
-  for (const std::vector<Effect>& equivalent : equivalents(set)) subsets.insert(key(equivalent));
+  std::set<std::string> names;
+  std::size_t close = 0;
   for (const Fit* fit : best) {
-    const double behind = best.front()->log_evidence - fit->log_evidence;
-    const bool close =
-        behind < kSettings.search.close && list.size() < std::size_t(options_.thorough(kSettings.search.finalists));
-    if (close || subsets.contains(key(fit->effects))) list.push_back(*fit);
+    if (best.front()->log_evidence - fit->log_evidence > kSettings.search.close) break;
+    if (++close > std::size_t(options_.thorough(kSettings.search.finalists))) break;
+    names.insert(key(fit->effects));
+    for (std::size_t e = 0; e < fit->effects.size(); ++e) {
+      names.insert(key(without(fit->effects, e)));
+      std::vector<Effect> simpler = fit->effects;
+      if (simplify(simpler[e].form)) names.insert(key(simpler));
+    }
+  }
+  for (const std::vector<Effect>& equivalent : equivalents(best.front()->effects)) names.insert(key(equivalent));
+  std::vector<Fit> list;
+  for (const Fit* fit : best) {
+    if (names.contains(key(fit->effects))) list.push_back(*fit);
   }
   return list;
 }

@@ -10,9 +10,11 @@ namespace bayesctrl {
 /// Fits by the set that they are of, about the present motion.
 class Fits {
  public:
-  /// Of free parameters that are likely to be about those of `given`, from those of `nominal`.
-  Fits(const Plant& nominal, const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options)
-      : nominal_(nominal), given_(given), data_(data), options_(options) {}
+  /// Of free parameters that are likely to be about those of `given`, from those of `nominal`. `penalty`: nats per
+  /// effect.
+  Fits(const Plant& nominal, const Plant& given, const std::vector<Measured>& data, const ExplainOptions& options,
+       double penalty)
+      : nominal_(nominal), given_(given), data_(data), options_(options), penalty_(penalty) {}
 
   /// Begins anew about another motion; what was found before serves as start. Longest step of the integration, s.
   double about(std::shared_ptr<Linearisation> linearisation);
@@ -52,6 +54,7 @@ class Fits {
   const Plant &nominal_, &given_;
   const std::vector<Measured>& data_;
   const ExplainOptions& options_;
+  double penalty_;
   std::shared_ptr<Linearisation> about_;
   double max_step_ = 0.0;  // of the integration, once it is known
   std::map<std::string, Fit> fits_, stale_;

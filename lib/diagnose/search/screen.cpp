@@ -222,6 +222,21 @@ std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
   return list;
 }
 
+double effect_penalty(std::size_t possible) {
+  const double likely =
+      std::min(kSettings.search.most_likely,
+               kSettings.search.expected_effects / static_cast<double>(std::max<std::size_t>(1, possible)));
+  return std::log((1.0 - likely) / likely);
+}
+
+double Dictionary::penalty() const {
+  return effect_penalty(static_cast<std::size_t>(std::ranges::count_if(suspects, [&](const Suspect& suspect) {
+    return std::ranges::any_of(suspect.atoms, [&](const Atom& atom) {
+      return std::ranges::any_of(atom.columns, [&](int c) { return columns.col(c).squaredNorm() > 0.0; });
+    });
+  })));
+}
+
 Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
                            const std::vector<std::size_t>& allowed) {
   const std::vector<Measured>& data = forcing.data();

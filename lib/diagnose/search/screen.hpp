@@ -34,7 +34,13 @@ struct Dictionary {
   std::vector<Suspect> suspects;
   Eigen::MatrixXd columns;  // rows of the response x columns
   Eigen::VectorXd scale;    // prior standard deviation of each coefficient
+
+  /// Nats against an effect before anything is seen: a machine has few, and all that can act share them.
+  double penalty() const;
 };
+
+/// Nats against each of so many effects that can act (prior odds; the multiplicity correction of Scott & Berger 2010).
+double effect_penalty(std::size_t possible);
 
 /// `allowed`: places in the catalogue.
 Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
@@ -52,10 +58,10 @@ struct Finding {
 };
 
 struct ScreenOptions {
-  int largest = kSettings.search.most_effects;       // effects in a set
-  double penalty = kSettings.search.effect_penalty;  // nats per effect
-  int keep = kSettings.search.kept_findings;         // pairs, and triples, that are returned
-  int beam = kSettings.search.beam;                  // pairs that are extended to triples
+  int largest = kSettings.search.most_effects;  // effects in a set
+  double penalty = 0.0;                         // nats per effect
+  int keep = kSettings.search.kept_findings;    // pairs, and triples, that are returned
+  int beam = kSettings.search.beam;             // pairs that are extended to triples
 };
 
 /// Evidence of sets of effects for target = columns * coefficients + white noise of variance 1, coefficients standard

@@ -134,9 +134,8 @@ AsGiven nominal_as_given(const Search& search) {
   const Explanation& explanation = search.explanation;
   const LinearResponse response(search.nominal, search.data, explanation.measured->paths, explanation.noise,
                                 search.about().response->windows(), search.options.fastest_mode);
-  const FitProblem problem{
-      search.nominal,         search.nominal,      {}, search.data, response, *search.about().forcing,
-      search.options.penalty, explanation.max_step};
+  const FitProblem problem{search.nominal,      search.nominal,      {}, search.data, response, *search.about().forcing,
+                           explanation.penalty, explanation.max_step};
   const Fit given = search.options.free.empty() ? search.refit() : fit(problem, {});
   return {explanation.p_value(given), residuals(problem, given)};
 }
@@ -168,11 +167,10 @@ Explained explained(const Search& search, const Judgement& judgement, const std:
     return result;
   }
   const Fit& best = search.best();
-  const std::vector<std::vector<std::string>>& classes = judgement.equivalence.classes;
   const std::vector<double> share = shares(search.explanation, search.data, search.options, search.spec.horizon);
   for (std::size_t e = 0; e < best.effects.size(); ++e) {
     result.effects.push_back(shown_effect(best, e, search.data, units));
-    result.effects.back().inclusion = inclusion_of_any(search.explanation, classes[e], search.spec.joints());
+    result.effects.back().inclusion = judgement.equivalence.inclusion[e];
     result.effects.back().share = share[e];
   }
   result.equation = equation(best.effects, search.spec.joints());

@@ -31,7 +31,7 @@ bool same_at_rest(const EffectForm& form, const EffectForm& simpler) {
   return std::abs(form.sliding({}) - level) < kSettings.verdict.same_law * level;
 }
 
-/// The set in which such a law has given way; empty where there is none.
+/// The set in which such laws have given way; empty where there is none.
 std::optional<std::size_t> collapsed(const Explanation& explanation, const Candidate& candidate) {
   std::vector<Effect> simpler = candidate.fit.effects;
   bool any = false;
@@ -44,6 +44,24 @@ std::optional<std::size_t> collapsed(const Explanation& explanation, const Candi
   const Candidate* to = any ? explanation.find(simpler) : nullptr;
   if (to == nullptr || to == &candidate) return std::nullopt;
   return static_cast<std::size_t>(to - explanation.candidates.data());
+}
+
+/// Whether a set is ahead of another by more than leaves both names open.
+bool is_ahead(const Candidate& candidate, const Candidate& other) {
+  return candidate.fit.log_evidence > other.fit.log_evidence + kSettings.verdict.inseparable;
+}
+
+/// The simpler set of which this one differs by an effect that never acts: the recordings say nothing about it, and
+/// what it has is the prior's. Empty where there is none.
+std::optional<std::size_t> idle(const Explanation& explanation, const Candidate& candidate) {
+  for (std::size_t e = 0; e < candidate.fit.effects.size(); ++e) {
+    const Candidate* fewer = explanation.find(without(candidate.fit.effects, e));
+    if (fewer == nullptr || std::abs(fewer->fit.sse - candidate.fit.sse) > kSettings.verdict.never_acts) continue;
+    const double lost = fewer->fit.log_evidence - candidate.fit.log_evidence - explanation.penalty;
+    if (std::abs(lost) > kSettings.verdict.never_acts) continue;
+    return static_cast<std::size_t>(fewer - explanation.candidates.data());
+  }
+  return std::nullopt;
 }
 
 /// The simpler set that does nearly as well as this one although the noise can tell the two apart (else their evidence
@@ -71,6 +89,7 @@ double log_of_sum(double a, double b) {
 void merge_immaterial(Explanation& explanation) {
   const double nominal = explanation.without_effects().fit.sse;
   const double immaterial = std::pow(kSettings.verdict.immaterial, 2) * nominal;
+  const double unseen = std::pow(kSettings.verdict.unseen, 2) * nominal;
   std::vector<Candidate>& list = explanation.candidates;
   std::vector<std::size_t> order(list.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -81,8 +100,12 @@ void merge_immaterial(Explanation& explanation) {
   });
   for (const std::size_t i : order) {
     if (!(list[i].probability > 0.0)) continue;
+    // A law that is ahead of what it has become is so by what its arithmetic gains at rest.
     std::optional<std::size_t> to = collapsed(explanation, list[i]);
-    if (!to) to = as_good(explanation, list[i], immaterial);
+    if (to && !is_ahead(list[i], list[*to])) to.reset();
+    if (!to) to = idle(explanation, list[i]);
+    const bool perfect = explanation.excess(list[i].fit) < kSettings.verdict.imperfect;
+    if (!to) to = as_good(explanation, list[i], perfect ? unseen : immaterial);
     if (!to) continue;
     Candidate &from = list[i], &heir = list[*to];
     heir.probability += from.probability;
@@ -91,6 +114,11 @@ void merge_immaterial(Explanation& explanation) {
     from.fit.log_evidence = -kInfinity;
   }
   std::ranges::stable_sort(list, std::greater{}, &Candidate::probability);
+  // Of two names that the recordings leave open the simpler comes first.
+  if (const std::optional<std::size_t> to = collapsed(explanation, list.front()); to && !is_ahead(list[0], list[*to])) {
+    std::rotate(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(*to),
+                list.begin() + static_cast<std::ptrdiff_t>(*to) + 1);
+  }
 }
 
 std::map<std::string, double> inclusion(const Explanation& explanation) {

@@ -19,7 +19,7 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
   const bool named_something = !search.best().effects.empty();
   Discrepancy::Beside odds;
   if (named_something) {
-    odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, search.options.penalty);
+    odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, explanation.penalty);
   }
   const bool earned = named_something && odds.log_odds > kSettings.verdict.earned;
   const bool declined = !earned || judgement.share > kSettings.verdict.material;
@@ -56,8 +56,7 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   result.significant = explanation.p_value(search.best()) <
                        (named_something ? kSettings.verdict.significant : kSettings.verdict.nothing);
   if (result.significant) judge_remainder(result, search, missing);
-  const bool sure = result.equivalence.probability >= kSettings.verdict.confident;
-  if (result.verdict == Verdict::named && !sure) result.verdict = Verdict::ambiguous;
+  if (result.verdict == Verdict::named && !result.equivalence.sure()) result.verdict = Verdict::ambiguous;
   result.parameters_explain =
       result.verdict == Verdict::nothing_missing && p_given < kSettings.verdict.nothing && !search.options.free.empty();
   if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);

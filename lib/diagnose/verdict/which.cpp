@@ -9,6 +9,7 @@
 #include "diagnose/fit/free_runs.hpp"
 #include "diagnose/fit/process_noise.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/inclusion.hpp"
 #include "numerics/distributions.hpp"
 
 namespace bayesctrl {
@@ -91,6 +92,11 @@ std::vector<std::string> labels(const std::vector<Effect>& effects, int joints) 
   return list;
 }
 
+bool Equivalence::sure() const {
+  return probability >= kSettings.verdict.likely &&
+         std::ranges::all_of(inclusion, [](double p) { return p >= kSettings.verdict.confident; });
+}
+
 Equivalence find_equivalent(const Explanation& explanation, int joints) {
   Equivalence result;
   const Fit& best = explanation.best().fit;
@@ -117,6 +123,11 @@ Equivalence find_equivalent(const Explanation& explanation, int joints) {
         names.push_back(other.front());
       }
     }
+  }
+  // More than a few names are none: what is less probable is left to the alternatives.
+  for (std::vector<std::string>& names : result.classes) {
+    names.resize(std::min(names.size(), std::size_t{kSettings.verdict.most_equivalents}));
+    result.inclusion.push_back(inclusion_of_any(explanation, names, joints));
   }
   for (const Candidate& candidate : explanation.candidates) {
     if (candidate.fit.effects.size() != best.effects.size()) continue;

@@ -9,8 +9,12 @@ std::vector<std::string> labels(const std::vector<Effect>& effects, int joints);
 /// Observationally equivalent effects: classes that replace each other in the best explanation with hardly any loss.
 struct Equivalence {
   std::vector<std::vector<std::string>> classes;  // one per effect of the best set, the effect itself first
+  std::vector<double> inclusion;                  // of any of a class, over all sets
   double probability = 0.0;                       // of all sets made of them,
   std::vector<const Candidate*> sets;             // which are these
+
+  /// Whether each is part of the machine, and the whole more probable than not.
+  bool sure() const;
 };
 Equivalence find_equivalent(const Explanation& explanation, int joints);
 

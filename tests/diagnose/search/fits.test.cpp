@@ -52,7 +52,7 @@ struct Recorded {
   std::vector<Measured> data;
   ExplainOptions options;
   std::shared_ptr<Linearisation> about;
-  Fits fits{kPendulum, kPendulum, data, options};
+  Fits fits{kPendulum, kPendulum, data, options, 3.0};
 
  private:
   // Fits keep references to plants.

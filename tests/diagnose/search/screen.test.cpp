@@ -116,6 +116,24 @@ TEST_CASE("A set's evidence is its density less the penalties of its effects and
   }
 }
 
+TEST_CASE("As many effects are expected of a machine, however many may be in it, and none is likely before it is seen",
+          "[diagnose][search]") {
+  double before = 0.0;
+  for (const std::size_t possible : {1, 2, 5, 10, 11, 26, 60, 600}) {
+    INFO(possible);
+    const double likely = 1.0 / (1.0 + std::exp(effect_penalty(possible)));
+    CHECK(likely <= 0.2 + 1e-12);
+    CHECK(static_cast<double>(possible) * likely <= 2.0 + 1e-9);
+    if (possible > 10) CHECK(static_cast<double>(possible) * likely == Approx(2.0));
+    CHECK(effect_penalty(possible) >= before);
+    before = effect_penalty(possible);
+  }
+  Dictionary dictionary = random_dictionary(24, 1, false, 0, 3);
+  CHECK(dictionary.penalty() == Approx(effect_penalty(24)));
+  dictionary.columns.leftCols(12).setZero();  // what cannot act in these recordings takes nothing from the others
+  CHECK(dictionary.penalty() == Approx(effect_penalty(12)));
+}
+
 TEST_CASE("A strong effect is as probable as with the likeliest width of its prior", "[diagnose][search]") {
   for (const double strength : {0.3, 1.0, 3.0, 10.0, 100.0}) {
     INFO("strength " << strength);
@@ -157,12 +175,12 @@ TEST_CASE("The screen knows all sets of up to three effects that plain enumerati
     }
     return sets;
   };
-  CHECK(known({.keep = 1000, .beam = 1000}).size() == 1 + 8 + 28 + 56);
-  CHECK(known({.largest = 2, .keep = 1000}).size() == 1 + 8 + 28);
-  CHECK(known({.largest = 1}).size() == 1 + 8);
+  CHECK(known({.penalty = 3.0, .keep = 1000, .beam = 1000}).size() == 1 + 8 + 28 + 56);
+  CHECK(known({.largest = 2, .penalty = 3.0, .keep = 1000}).size() == 1 + 8 + 28);
+  CHECK(known({.largest = 1, .penalty = 3.0}).size() == 1 + 8);
 
   // A few: the best pairs, and the best of their extensions.
-  const auto few = known({.keep = 5, .beam = 2});
+  const auto few = known({.penalty = 3.0, .keep = 5, .beam = 2});
   CHECK(few.size() == 1 + 8 + 5 + 5);
   const auto best_of = [](const std::map<std::vector<int>, double>& sets, std::size_t size, std::size_t count) {
     std::vector<std::pair<double, std::vector<int>>> list;
@@ -193,7 +211,7 @@ TEST_CASE("The best of all sets in all shapes is found, and no set is better in 
   const auto seed = static_cast<std::uint64_t>(GENERATE(range(1, 6)));
   const Dictionary dictionary = random_dictionary(5, 4, true, 0, seed);
   const Eigen::VectorXd y = planted(dictionary, 100 + seed);
-  const std::vector<Finding> found = Screen(dictionary, dictionary.columns, y).all();
+  const std::vector<Finding> found = Screen(dictionary, dictionary.columns, y, {.penalty = 3.0}).all();
   double best_pair = -kInfinity;
   for (int i = 0; i < 5; ++i) {
     for (int j = i + 1; j < 5; ++j) {
@@ -224,7 +242,7 @@ TEST_CASE("Coefficients that cannot be negative are not: the others are as likel
   const Eigen::VectorXd y = planted(dictionary, 200 + seed) - 2.0 * dictionary.columns.col(0);
   int dropped = 0;
   std::set<int> singles;
-  for (const Finding& finding : Screen(dictionary, dictionary.columns, y, {.beam = 100}).all()) {
+  for (const Finding& finding : Screen(dictionary, dictionary.columns, y, {.penalty = 3.0, .beam = 100}).all()) {
     const std::vector<int> columns = columns_of(dictionary, finding);
     if (columns.empty()) continue;
     if (finding.suspects.size() == 1) singles.insert(finding.suspects[0]);
@@ -257,7 +275,7 @@ TEST_CASE("A set whose coefficient leaves its range is none", "[diagnose][search
   const Eigen::VectorXd y = planted(dictionary, 10);
   const auto sets_with = [&](int suspect) {
     int count = 0;
-    for (const Finding& finding : Screen(dictionary, dictionary.columns, y).all()) {
+    for (const Finding& finding : Screen(dictionary, dictionary.columns, y, {.penalty = 3.0}).all()) {
       count += std::count(finding.suspects.begin(), finding.suspects.end(), suspect) > 0;
     }
     return count;
@@ -276,7 +294,8 @@ TEST_CASE("A set whose coefficient leaves its range is none", "[diagnose][search
 TEST_CASE("Of white noise no set is made, however many suspects there are", "[diagnose][search]") {
   const auto seed = static_cast<std::uint64_t>(GENERATE(range(1, 6)));
   const Dictionary dictionary = random_dictionary(20, 3, true, 0, seed);
-  const std::vector<Finding> found = Screen(dictionary, dictionary.columns, white_rows(300 + seed)).all();
+  const std::vector<Finding> found =
+      Screen(dictionary, dictionary.columns, white_rows(300 + seed), {.penalty = 3.0}).all();
   CHECK(found.front().suspects.empty());
   CHECK(found.front().log_evidence == 0.0);
 }
@@ -284,7 +303,7 @@ TEST_CASE("Of white noise no set is made, however many suspects there are", "[di
 TEST_CASE("Neighbours have one effect more or another in the place of one", "[diagnose][search]") {
   const Dictionary dictionary = random_dictionary(6, 3, true, 0, 11);
   const Eigen::VectorXd y = planted(dictionary, 12);
-  const Screen screen(dictionary, dictionary.columns, y);
+  const Screen screen(dictionary, dictionary.columns, y, {.penalty = 3.0});
   const auto set = [&](std::initializer_list<std::size_t> kinds) {
     std::vector<Effect> list;
     for (const std::size_t kind : kinds) list.push_back(dictionary.suspects[kind].atoms[0].effect({}));

@@ -80,7 +80,7 @@ TEST_CASE("What an independent simulator has hidden is named, and the corrected 
       const Names said = said_names(d);
       CHECK(d.verdict == Verdict::named);
       CHECK((said == wanted || inseparable(d, said, wanted)));
-      CHECK(d.explanation.probability >= 0.9);
+      for (const ExplainedEffect& effect : d.explanation.effects) CHECK(*effect.inclusion >= 0.9);
     }
     CHECK(d.fit.held_out.after.value() / noise < 1.1);
     CHECK(d.fit.noise_floor == Approx(noise).epsilon(0.1));

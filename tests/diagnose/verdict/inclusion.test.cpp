@@ -3,6 +3,7 @@
 #include "diagnose/verdict/inclusion.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <numeric>
 
 #include "physics/catalogue.hpp"
@@ -12,7 +13,7 @@ using namespace bayesctrl;
 namespace {
 
 const Effect kRubs{CoulombFriction{0.3}, 0, -1}, kRubsAtRest{StribeckFriction{0.3, 0.3001, 0.1}, 0, -1},
-    kGain{InputGain{1.00024}, 0, -1}, kElsewhere{CoulombFriction{0.1}, 1, -1};
+    kGain{InputGain{1.00024}, 0, -1}, kElsewhere{CoulombFriction{0.1}, 1, -1}, kStop{HardStop{}, 0, -1};
 
 Candidate candidate(std::vector<Effect> effects, double sse, double probability) {
   Candidate one;
@@ -23,12 +24,17 @@ Candidate candidate(std::vector<Effect> effects, double sse, double probability)
   return one;
 }
 
-/// Sets of a machine whose nominal leaves 4e6 squares of the noise: 100 of them do not matter.
-Explanation explanation(std::vector<Candidate> candidates) {
+/// Sets of a machine whose nominal leaves 4e6 squares of the noise: 400 of them do not matter where none fits down to
+/// the noise.
+Explanation explanation(std::vector<Candidate> candidates, double rows = 100.0) {
   Explanation result;
   result.candidates = std::move(candidates);
+  result.rows = rows;
+  result.penalty = 2.0;
   return result;
 }
+
+constexpr double kPerfect = 1000.0;  // rows, of which such sets leave no more than noise
 
 double sum(const Explanation& explanation) {
   return std::accumulate(explanation.candidates.begin(), explanation.candidates.end(), 0.0,
@@ -55,19 +61,49 @@ TEST_CASE("A law whose extra does hardly anything is the simpler one, also step 
   CHECK(found.best().probability == Approx(1.0));
 }
 
-TEST_CASE("A law that is no other at rest is the simpler one, whatever the noise hides", "[diagnose]") {
+TEST_CASE("A law that is no other at rest and is ahead all the same is the simpler one, whatever the noise hides",
+          "[diagnose]") {
   const Effect stronger{StribeckFriction{0.3, 0.4, 0.1}, 0, -1};
   for (const bool same : {true, false}) {
-    Explanation found = explanation({candidate({same ? kRubsAtRest : stronger, kElsewhere}, 950.0, 0.5),
-                                     candidate({kRubs, kElsewhere}, 950.1, 0.5), candidate({}, 4e6, 1e-99)});
+    for (const bool ahead : {true, false}) {
+      Explanation found =
+          explanation({candidate({same ? kRubsAtRest : stronger, kElsewhere}, 950.0, ahead ? 0.97 : 0.6),
+                       candidate({kRubs, kElsewhere}, 950.5, ahead ? 0.03 : 0.4), candidate({}, 4e6, 1e-99)});
+      merge_immaterial(found);
+      const bool merged = same && ahead;
+      CHECK(found.best().probability == Approx(merged ? 1.0 : ahead ? 0.97 : same ? 0.4 : 0.6));
+      if (same) CHECK(key(found.best().fit.effects) == key({kRubs, kElsewhere}));  // first, where both are left open
+    }
+  }
+}
+
+TEST_CASE("Where nothing is left beside the noise only a thousandth of the error does not matter", "[diagnose]") {
+  for (const double without : {957.0, 970.0}) {  // 7 squares more, and 20; 10 are a thousandth
+    for (const double rows : {kPerfect, 100.0}) {
+      Explanation found = explanation(
+          {candidate({kRubs, kGain}, 950.0, 0.97), candidate({kRubs}, without, 1e-9), candidate({}, 1e7, 1e-99)}, rows);
+      merge_immaterial(found);
+      const bool matters = rows == kPerfect && without == 970.0;
+      CHECK(key(found.best().fit.effects) == (matters ? key({kRubs, kGain}) : key({kRubs})));
+    }
+  }
+}
+
+TEST_CASE("An effect that never acts gives its probability to the set without it, one that helps does not",
+          "[diagnose]") {
+  const double without = 0.6, beside = without * std::exp(-2.0);  // the penalty is all that is between them
+  for (const double helps : {1.0, 2.0}) {
+    Explanation found = explanation({candidate({kRubs}, 950.0, without),
+                                     candidate({kRubs, kStop}, 950.0, helps * beside), candidate({}, 4e6, 1e-99)},
+                                    kPerfect);
     merge_immaterial(found);
-    CHECK(found.best().probability == Approx(same ? 1.0 : 0.5));
-    if (same) CHECK(key(found.best().fit.effects) == key({kRubs, kElsewhere}));
+    CHECK(key(found.best().fit.effects) == key({kRubs}));
+    CHECK(found.best().probability == Approx(helps == 1.0 ? without + beside : without));
   }
 }
 
 TEST_CASE("What matters, or what the noise cannot tell from nothing, keeps its probability", "[diagnose]") {
-  for (const double without : {1000.0, 952.0}) {  // more than 0.5 % of the error; two squares of noise
+  for (const double without : {1000.0, 952.0}) {  // more than 1 % of the error; two squares of noise
     Explanation found = explanation({candidate({kRubs, kElsewhere}, 950.0, 0.6), candidate({kRubs}, without, 0.4),
                                      candidate({}, without == 1000.0 ? 1e5 : 4e6, 1e-99)});
     merge_immaterial(found);

@@ -48,6 +48,7 @@ struct Situation {
       Candidate& candidate = explanation.candidates.emplace_back();
       candidate.fit.plant = pendulum.plant;
       candidate.fit.effects = set.effects;
+      candidate.fit.residual = target;
       candidate.fit.log_evidence = set.log_evidence;
       candidate.fit.sse = set.left * explanation.rows;
       candidate.probability = set.probability;
@@ -56,7 +57,7 @@ struct Situation {
   }
 };
 
-const Effect kDry{CoulombFriction{0.1}, 0, -1}, kTilt{GravityTilt{}, 0, -1};
+const Effect kDry{CoulombFriction{0.1}, 0, -1}, kTilt{GravityTilt{}, 0, -1}, kPush{ConstantBias{}, 0, -1};
 
 }  // namespace
 
@@ -69,6 +70,12 @@ TEST_CASE("Within the noise the verdict follows from the best set and the probab
       {"nothing, though not surely", {{{}, 0.5, 10.0, kFits}, {{kDry}, 0.5, 10.0, kFits}}, Verdict::nothing_missing},
       {"one set stands out", {{{kDry}, 0.91, 90.0, kFits}, {{}, 0.0, 0.0, kFar}}, Verdict::named},
       {"others together are probable", {{{kDry}, 0.89, 90.0, kFits}, {{}, 0.0, 0.0, kFar}}, Verdict::ambiguous},
+      {"it is in nearly all sets",
+       {{{kDry}, 0.55, 90.0, kFits}, {{kDry, kTilt}, 0.42, 89.7, kFits}, {{}, 0.03, 87.0, kFar}},
+       Verdict::named},
+      {"it is in all sets, but as it is hardly in one",
+       {{{kDry}, 0.45, 90.0, kFits}, {{kDry, kTilt}, 0.35, 89.7, kFits}, {{kDry, kPush}, 0.2, 89.2, kFits}},
+       Verdict::ambiguous},
       {"an equivalent counts with it",
        {{{kDry}, 0.6, 90.0, kFits}, {{kTilt}, 0.35, 89.0, kFits}, {{}, 0.0, 0.0, kFar}},
        Verdict::named},
