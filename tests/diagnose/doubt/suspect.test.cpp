@@ -144,7 +144,7 @@ bool stated(const Diagnosis& d, const std::string& what) {
 }  // namespace
 
 TEST_CASE("Mistakes of a spec or a recording are stated, with and without friction hidden beside them",
-          "[doubt][slow]") {
+          "[doubt][slow][long]") {
   const auto [pendulum, dry] =
       GENERATE(std::pair{true, 0.0}, std::pair{true, 0.4}, std::pair{false, 0.0}, std::pair{false, 0.5});
   for (const Mistake& mistake : pendulum ? of_pendulums() : of_carts()) {
@@ -173,7 +173,7 @@ TEST_CASE("A parameter of another value is suspected beside the physics that imi
   CHECK_THAT(d.suspicions.front().sentence, Catch::Contains("mass = 0.7 instead of 1.3"));
 }
 
-TEST_CASE("Motion that has nothing to do with the input is no physics", "[doubt][slow]") {
+TEST_CASE("Motion that has nothing to do with the input is no physics", "[doubt][slow][long]") {
   const bool pendulum = GENERATE(true, false);
   const double speed = GENERATE(0.8, 2.5);
   const Diagnosis turns = diagnosed(

@@ -60,7 +60,7 @@ bool inseparable(const Diagnosis& d, const Names& a, const Names& b) {
 }  // namespace
 
 TEST_CASE("What an independent simulator has hidden is named, and the corrected model fits what was held out",
-          "[diagnose][data][slow]") {
+          "[diagnose][data][slow][long]") {
   const fs::path folder = practice_folder();
   if (!fs::exists(folder / "truth.json")) {
     WARN("skipped: the practice recordings are not there");
@@ -87,7 +87,7 @@ TEST_CASE("What an independent simulator has hidden is named, and the corrected 
   }
 }
 
-TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[diagnose][data][slow]") {
+TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[diagnose][data][slow][long]") {
   const fs::path folder = practice_folder();
   if (!fs::exists(folder / "truth.json")) {
     WARN("skipped: the practice recordings are not there");
@@ -120,7 +120,7 @@ TEST_CASE("Equations of every effect carry plain signs", "[diagnose]") {
   CHECK(equation({{SensorOffset{-0.02}, 0, -1}, {CoulombFriction{0.5}, 0, -1}}, 1).find("; ") != std::string::npos);
 }
 
-TEST_CASE("Free parameters that could hide friction do not: a real arm without its friction", "[diagnose][slow]") {
+TEST_CASE("Free parameters that could hide friction do not: a real arm without its friction", "[diagnose][slow][long]") {
   // Fitted alone, the masses' places and inertias wander to seven times their values, where friction is not seen.
   const fs::path folder = fs::path(BAYESCTRL_SOURCE_DIR) / "configs" / "real" / "data" / "dfki_double_pendulum";
   const std::string spec = R"(
