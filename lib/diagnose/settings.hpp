@@ -442,6 +442,8 @@ struct VerdictSettings {
   double confident = 0.9;
   double likely = 0.5;
   double inseparable = 3.0;
+  double held_out = 1.3;
+  double unheld = 0.7;
   double imperfect = 2.0;
   int compared_sets = 15;
   int many_more = 2;
@@ -486,6 +488,10 @@ struct VerdictSettings {
     field("earned", self.earned, {kPositive, "nats", "by which effects beside a remainder have to beat it alone"});
     field("confident", self.confident, {kPositive, "probability", "of inclusion of each effect that is named"});
     field("likely", self.likely, {kPositive, "probability", "and of the set, below which it is ambiguous"});
+    field(
+        "held_out", self.held_out,
+        {kPositive, "noise, RMS", "left of held-out recordings, and material: beyond it an explanation does not hold"});
+    field("unheld", self.unheld, {kPositive, "probability", "of each of its effects then, at most"});
     field("most_equivalents", self.most_equivalents,
           {kPositive, "", "names of one effect, the most probable: more would be none"});
     field("inseparable", self.inseparable,

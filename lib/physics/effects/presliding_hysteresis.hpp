@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/effects/coulomb_friction.hpp"
 #include "physics/effects/joint_state.hpp"
 
@@ -19,7 +21,10 @@ struct PreslidingHysteresis {
   }
 
   using State = HiddenState<1>;
-  double torque_of(const State& z, const JointState& /*s*/) const { return -stiffness * z[0]; }
+  /// Never more than the level, also from a state that is not known after a gap and may be put anywhere.
+  double torque_of(const State& z, const JointState& /*s*/) const {
+    return std::clamp(-stiffness * z[0], -level, level);
+  }
   /// Rate at which z settles, 1/s: stiff while sliding fast.
   double settling_rate(const JointState& s) const { return std::abs(s.velocity) * stiffness / level; }
   State rate(const State& z, const JointState& s) const {

@@ -76,3 +76,13 @@ TEST_CASE("More hidden states than a machine may have, or other ones than it has
       machine.run(StateVector::Zero(2), time, drives, 0, 1, 1e-3, {HiddenVector::Zero(2), JointVector::Zero(1)}),
       std::invalid_argument);
 }
+
+TEST_CASE("Friction that gives is never stronger than its level, whatever its state was put to", "[effects][physics]") {
+  for (const double z : {-400.0, -0.1, -0.01, 0.0, 0.01, 0.1, 400.0}) {
+    INFO("z = " << z);
+    const PreslidingHysteresis law{50.0, 1.5};
+    const double torque = law.torque_of({z}, JointState{});
+    CHECK(std::abs(torque) <= law.level);
+    if (std::abs(z) * law.stiffness < law.level) CHECK(torque == Approx(-law.stiffness * z));
+  }
+}
