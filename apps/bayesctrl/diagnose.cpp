@@ -9,6 +9,7 @@
 #include "base/format.hpp"
 #include "commands.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/sentence.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
 #include "io/provenance.hpp"
@@ -109,6 +110,7 @@ void print_verdict(const Diagnosis& d) {
   std::cout << d.name << ": " << to_name(d.verdict);
   if (!d.reason.empty()) std::cout << " (" << d.reason << ")";
   std::cout << "\n";
+  if (d.verdict != Verdict::check_spec) std::cout << "  " << sentence(d) << "\n";
   if (d.verdict == Verdict::check_spec) print_suspicions(d);
   print_explanation(d);
   print_alternatives(d);

@@ -443,6 +443,7 @@ struct VerdictSettings {
   double likely = 0.5;
   double inseparable = 3.0;
   double held_out = 1.3;
+  double held_out_share = 0.15;
   double unheld = 0.7;
   double imperfect = 2.0;
   int compared_sets = 15;
@@ -488,9 +489,10 @@ struct VerdictSettings {
     field("earned", self.earned, {kPositive, "nats", "by which effects beside a remainder have to beat it alone"});
     field("confident", self.confident, {kPositive, "probability", "of inclusion of each effect that is named"});
     field("likely", self.likely, {kPositive, "probability", "and of the set, below which it is ambiguous"});
-    field(
-        "held_out", self.held_out,
-        {kPositive, "noise, RMS", "left of held-out recordings, and material: beyond it an explanation does not hold"});
+    field("held_out", self.held_out,
+          {kPositive, "noise, RMS", "left of held-out recordings, beyond which an explanation may not hold"});
+    field("held_out_share", self.held_out_share,
+          {kPositive, "of the refit nominal's error", "left there as well: it does not hold"});
     field("unheld", self.unheld, {kPositive, "probability", "of each of its effects then, at most"});
     field("most_equivalents", self.most_equivalents,
           {kPositive, "", "names of one effect, the most probable: more would be none"});

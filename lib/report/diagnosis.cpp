@@ -1,9 +1,8 @@
-#include "diagnose/verdict/diagnosis.hpp"
-
 #include <map>
 
 #include "base/error.hpp"
 #include "base/format.hpp"
+#include "diagnose/verdict/sentence.hpp"
 #include "report/page.hpp"
 #include "report/pages.hpp"
 #include "report/read.hpp"
@@ -30,65 +29,6 @@ std::vector<std::pair<std::string, std::vector<std::size_t>>> groups(const Table
     list.back().second.push_back(row);
   }
   return list;
-}
-
-/// "coulomb friction" of "coulomb_friction", also where a joint follows.
-std::string in_words(std::string name) {
-  name = name.substr(0, name.find('@'));
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
-
-/// " (or actuator lag)": what the recordings cannot separate from an effect.
-std::string or_alike(const Diagnosis& d, const std::string& name) {
-  for (const std::vector<std::string>& alike : d.indistinguishable) {  // "coulomb_friction@2"
-    if (alike.empty() || !in_words(alike.front()).starts_with(name)) continue;
-    std::string others;
-    for (std::size_t i = 1; i < alike.size(); ++i) others += (i > 1 ? ", " : "") + in_words(alike[i]);
-    if (!others.empty()) return " (or " + others + ")";
-  }
-  return "";
-}
-
-/// "coulomb friction in joint 1 and input gain in joint 2".
-std::string effects_in_words(const Diagnosis& d) {
-  const std::vector<ExplainedEffect>& effects = d.explanation.effects;
-  std::string what;
-  for (const ExplainedEffect& effect : effects) {
-    const std::string name = in_words(effect.name);
-    what += (what.empty() ? "" : &effect == &effects.back() ? " and " : ", ") + name + or_alike(d, name);
-    if (d.joints > 1) what += " in joint " + std::to_string(effect.joint);
-  }
-  return what;
-}
-
-/// The verdict as a mechanic would say it.
-std::string sentence(const Diagnosis& d) {
-  const std::vector<ExplainedEffect>& effects = d.explanation.effects;
-  const std::string what = effects_in_words(d), sure = percent_text(d.explanation.probability);
-  const CauseShares& shares = d.mismatch.depends_on;
-  switch (d.verdict) {
-    case Verdict::named: {
-      const std::string text = effects.size() == 1 ? effects.front().text : "";
-      return "The model lacks " + what + (text.empty() ? "" : ": " + text) + ". Probability " + sure + ".";
-    }
-    case Verdict::ambiguous:
-      return "Something is missing, most probably " + what + " (" + sure + "), but not surely.";
-    case Verdict::nothing_missing:
-      return d.mismatch.explained_by_parameters
-                 ? "No physics is missing: other values of the free parameters explain the recordings."
-                 : "Nothing is missing: the model explains the recordings down to the sensor's noise.";
-    case Verdict::too_little_data:
-      return "The recordings say too little for a diagnosis.";
-    case Verdict::check_spec:
-      return d.suspicions.empty() ? "The recordings do not fit the spec: check its units, signs and columns first."
-                                  : "Check the spec. " + d.suspicions.front().sentence;
-    case Verdict::unknown:
-      break;
-  }
-  return "Something is missing that no known effect explains" +
-         (shares.largest() > 0.0 ? "; it depends on " + std::string(to_name(shares.leading())) + " most" : "") +
-         (what.empty() ? "." : ". Beside it the model lacks " + what + ".");
 }
 
 /// A table over time, a group for each text in the columns `by`, the last of which is the recording:

@@ -66,7 +66,7 @@ effects: [coulomb_friction, viscous_friction, linear_spring]
   CHECK(d.units == std::vector<JointUnits>{{"m", "m/s", "N", "N"}, {"rad", "rad/s", "N m", "N m"}});
   CHECK(to_json(d) == ordered_json::parse(read_file(out / "diagnosis.json", 10'000'000)));
   const ordered_json data = data_of(read_file(out / "report.html", 10'000'000));
-  CHECK_THAT(data["sentence"].get<std::string>(), Contains("coulomb friction in joint 2"));
+  CHECK_THAT(data["sentence"].get<std::string>(), Contains("Coulomb friction in joint 2"));
 
   const auto truth = [](int joint) {
     return ordered_json{

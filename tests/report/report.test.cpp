@@ -56,7 +56,7 @@ TEST_CASE("The report of a diagnosis is one page that asks for nothing and runs 
   CHECK(count(html, "<script") == 3);
   CHECK(count(html, "</script>") == 3);
   CHECK_THAT(html, !Contains(" src=") && !Contains("@import"));
-  CHECK_THAT(html, Contains("The model lacks coulomb friction"));
+  CHECK_THAT(html, Contains("The model lacks Coulomb friction (level 0.15"));
   CHECK_THAT(html, Contains("MIT"));
 
   // The data in the page are those of the files.

@@ -386,7 +386,7 @@ void hold_to_account(Diagnosis& diagnosis) {
   const double noise = diagnosis.fit.noise_floor;
   const auto beyond_noise = [&](double error) { return std::sqrt(std::max(0.0, error * error - noise * noise)); };
   const double share = beyond_noise(*errors.after) / std::max(beyond_noise(*errors.refit), 1e-300);
-  if (*errors.after < kSettings.verdict.held_out * noise || share < kSettings.verdict.material) return;
+  if (*errors.after < kSettings.verdict.held_out * noise || share < kSettings.verdict.held_out_share) return;
   if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
   diagnosis.verdict = Verdict::unknown;
   diagnosis.reason = "held-out recordings contradict what explains the others: it leaves " + format(100.0 * share, 2) +

@@ -1,0 +1,122 @@
+#include "diagnose/verdict/sentence.hpp"
+
+#include <algorithm>
+
+#include "base/format.hpp"
+#include "diagnose/settings.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+/// "Coulomb friction" of "coulomb_friction", also where a joint follows.
+std::string in_words(std::string name) {
+  name = name.substr(0, name.find('@'));
+  std::ranges::replace(name, '_', ' ');
+  if (name.starts_with("coulomb") || name.starts_with("stribeck")) name[0] += 'A' - 'a';  // people
+  return name;
+}
+
+/// " or actuator lag": what the recordings cannot separate from an effect.
+std::string or_alike(const Diagnosis& d, const ExplainedEffect& effect) {
+  for (const std::vector<std::string>& alike : d.indistinguishable) {
+    if (alike.empty() || alike.front() != label(effect, d.joints)) continue;
+    std::string others;
+    for (std::size_t i = 1; i < alike.size(); ++i) others += (i > 1 ? " or " : "") + in_words(alike[i]);
+    if (!others.empty()) return " or " + others;
+  }
+  return "";
+}
+
+/// "Coulomb friction or Stribeck friction in joint 2 (level 0.186 N m, 23 % of the error)".
+std::string in_words(const Diagnosis& d, const ExplainedEffect& effect, bool with_share) {
+  std::string text = in_words(effect.name) + or_alike(d, effect), in_brackets;
+  if (d.joints > 1) text += " in joint " + std::to_string(effect.joint);
+  if (!effect.parameters.items.empty()) {
+    const auto& [name, estimate] = effect.parameters.items.front();
+    in_brackets = in_words(name) + " " + format(estimate.value, 3) + (estimate.unit.empty() ? "" : " " + estimate.unit);
+  }
+  if (with_share && effect.share) {
+    in_brackets += (in_brackets.empty() ? "" : ", ") + format(100.0 * *effect.share, 2) + " % of the error";
+  }
+  return in_brackets.empty() ? text : text + " (" + in_brackets + ")";
+}
+
+/// Those that are `certain`, or those that are not.
+std::string in_words(const Diagnosis& d, bool certain, bool with_share) {
+  std::vector<std::string> list;
+  for (const ExplainedEffect& effect : d.explanation.effects) {
+    if ((effect.inclusion.value_or(0.0) >= kSettings.verdict.confident) != certain) continue;
+    list.push_back(in_words(d, effect, with_share));
+  }
+  std::string text;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == list.size() ? " and " : ", ") + list[i];
+  }
+  return text;
+}
+
+/// " With it simulations err by 0.124 mm instead of 3.69 mm, 30 times less.": of what was held out, if anything was.
+std::string gain(const Diagnosis& d) {
+  const FitErrors& errors = d.fit.held_out.after ? d.fit.held_out : d.fit.train;
+  if (!errors.after || !errors.refit || !(*errors.after < 0.9 * *errors.refit)) return "";
+  constexpr double kNearly = 1.1;
+  const bool down = *errors.after < kNearly * d.fit.noise_floor;
+  return " With it simulations err by " + format(*errors.after, 3) + " " + d.fit.unit + " instead of " +
+         format(*errors.refit, 3) + " " + d.fit.unit + ", " +
+         (down ? "which is the sensor's noise." : format(*errors.refit / *errors.after, 2) + " times less.");
+}
+
+/// "depends on the velocity most".
+std::string depends(const CauseShares& on) {
+  if (!(on.largest() > 0.0)) return "";
+  const Cause cause = on.leading();
+  return "depends on " + (cause == Cause::history ? "what was before" : "the " + std::string(to_name(cause))) + " most";
+}
+
+/// What is certain, what else there is, and what may be part of it.
+std::string unexplained(const Diagnosis& d) {
+  const std::string certain = in_words(d, true, true), perhaps = in_words(d, false, false);
+  std::string on = depends(certain.empty() || !d.remainder ? d.mismatch.depends_on : d.remainder->depends_on);
+  if (!on.empty()) on = certain.empty() ? "; it " + on : ", which " + on;
+  std::string text = certain.empty() ? "Something is missing that no known effect explains"
+                                     : "Certain: " + certain + ". Something else is missing";
+  text += on + ".";
+  return perhaps.empty() ? text : text + " Perhaps part of it: " + perhaps + ".";
+}
+
+/// Of all that is listed, with what one effect is.
+std::string lacking(const Diagnosis& d) {
+  const std::vector<ExplainedEffect>& effects = d.explanation.effects;
+  const std::string text = effects.size() == 1 ? effects.front().text : "";
+  return "The model lacks " + in_words(d, true, false) + (text.empty() ? "" : ": " + text) + "." + gain(d);
+}
+
+}  // namespace
+
+std::string sentence(const Diagnosis& d) {
+  const std::string sure = percent_text(d.explanation.probability);
+  switch (d.verdict) {
+    case Verdict::named:
+      return lacking(d) + " Probability " + sure + ".";
+    case Verdict::ambiguous: {
+      const std::string certain = in_words(d, true, false), rest = in_words(d, false, false);
+      return "Something is missing, most probably " + certain + (certain.empty() || rest.empty() ? "" : " and ") +
+             rest + " (" + sure + "), but not surely.";
+    }
+    case Verdict::nothing_missing:
+      return d.mismatch.explained_by_parameters
+                 ? "No physics is missing: other values of the free parameters explain the recordings."
+                 : "Nothing is missing: the model explains the recordings down to the sensor's noise.";
+    case Verdict::too_little_data:
+      return "The recordings say too little for a diagnosis.";
+    case Verdict::check_spec:
+      return d.suspicions.empty() ? "The recordings do not fit the spec: check its units, signs and columns first."
+                                  : "Check the spec. " + d.suspicions.front().sentence;
+    case Verdict::unknown:
+      break;
+  }
+  return unexplained(d);
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "diagnose/verdict/diagnosis.hpp"
+
+namespace bayesctrl {
+
+/// The verdict as a mechanic would say it, with its numbers: what the model lacks, how much that takes away, what is
+/// certain beside a remainder.
+std::string sentence(const Diagnosis& d);
+
+}  // namespace bayesctrl
