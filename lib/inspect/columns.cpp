@@ -88,6 +88,11 @@ class Guesser {
     if (!result.time) {
       if (auto time = take(kTime, 1, "time"); !time.empty()) result.time = time.front();
     }
+    for (std::size_t i = 0; i < names_.size() && !result.time; ++i) {
+      if (!taken_[i] && names_[i].words.empty() && runs_on(table_.columns[i])) {
+        result.time = use(i, "a guess: it has no name and runs on evenly");
+      }
+    }
     if (result.position.empty()) result.position = take(kPosition, kMaxJoints, "a position");
     if (result.position.empty()) fail("a position (q, theta, angle, x, pos, ...)", "--position");
     const std::size_t joints = result.position.size();
@@ -102,6 +107,16 @@ class Guesser {
   }
 
  private:
+  /// Whether values grow from row to row, by about the same step, as stamps of time do.
+  static bool runs_on(const std::vector<double>& values) {
+    const double step =
+        (values.back() - values.front()) / static_cast<double>(std::max<std::size_t>(1, values.size() - 1));
+    for (std::size_t i = 1; i < values.size(); ++i) {
+      if (!(values[i] > values[i - 1]) || values[i] - values[i - 1] > 2.0 * step) return false;
+    }
+    return values.size() > 2;
+  }
+
   /// The columns whose name has one of the words: measured ones before wanted ones; one, or as many as are numbered.
   std::vector<ColumnGuess> take(const Words& words, std::size_t most, const std::string& what) {
     std::vector<std::size_t> found;

@@ -51,6 +51,26 @@ std::size_t first_unreadable(std::string_view text) {
   return std::string_view::npos;
 }
 
+std::string as_utf8(std::string_view text) {
+  bool well_formed = true;
+  for (std::size_t at = 0, length = 0; well_formed && at < text.size(); at += length) {
+    length = sequence_length(text, at);
+    well_formed = length > 0;
+  }
+  if (well_formed) return std::string(text);
+  std::string result;
+  for (const char letter : text) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (byte < 0x80) {
+      result += letter;
+    } else {
+      result += static_cast<char>(0xc0 | (byte >> 6));
+      result += static_cast<char>(0x80 | (byte & 0x3f));
+    }
+  }
+  return result;
+}
+
 std::string shown(std::string_view text, std::size_t limit) {
   std::size_t end = std::min(text.size(), limit);
   while (end < text.size() && end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;

@@ -119,6 +119,18 @@ TEST_CASE("Columns that the user names need no guess", "[inspect]") {
   CHECK(spec.signals.input.front().column == "Moment");
 }
 
+TEST_CASE("Without names the column that runs on evenly is the time, whatever place it has", "[inspect]") {
+  const auto time_of = [](const std::string& text) {
+    const ColumnGuesses found =
+        guess_columns(parse_data_csv(text, "x.csv"), "x.csv", {.time = "", .position = {"2"}, .input = {}});
+    return found.time ? found.time->column : "";
+  };
+  CHECK(time_of("0,0.5,1\n0.01,0.4,1.2\n0.02,0.6,1.1\n0.03,0.3,0.9\n") == "1");
+  CHECK(time_of("0.7,0.5,10\n0.1,0.4,20\n0.2,0.6,30\n0.3,0.3,40\n") == "3");
+  CHECK(time_of("0.7,0.5,10\n0.1,0.4,20\n0.2,0.6,19\n0.3,0.3,40\n").empty());         // it runs backwards once
+  CHECK(time_of("a,2,b\n0.7,0.5,10\n0.1,0.4,20\n0.2,0.6,30\n0.3,0.3,40\n").empty());  // names say otherwise
+}
+
 TEST_CASE("The starter of a diagnosis reads its recordings as they are", "[inspect]") {
   const Folder folder;
   write_file(folder.path() / "data" / "a b.csv", csv("time_ms,angle_deg,torque", 10.0));

@@ -41,6 +41,13 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   return cells;
 }
 
+/// "1", "2", ...: names of columns that have none.
+std::vector<std::string> numbered_names(std::size_t count) {
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i <= count; ++i) names.push_back(std::to_string(i));
+  return names;
+}
+
 double to_number(std::string_view cell, bool decimal_comma) {
   std::string text(cell);
   if (decimal_comma) std::replace(text.begin(), text.end(), ',', '.');
@@ -68,6 +75,8 @@ std::size_t column_of(const DataTable& table, const Signal& signal, const std::s
   for (std::size_t i = 0; i < table.names.size(); ++i) {
     if (table.names[i] == signal.column) return i;
   }
+  const std::optional<std::size_t> number = parse_integer<std::size_t>(signal.column);
+  if (number && *number >= 1 && *number <= table.names.size()) return *number - 1;
   std::vector<std::string_view> names(table.names.begin(), table.names.end());
   throw DataError({file}, "no column '" + shown(signal.column) + "' (named at " + to_string(signal.where) +
                               "): " + suggestion(signal.column, names));
@@ -134,19 +143,22 @@ DataTable parse_data_csv(std::string_view text, const std::string& file) {
       std::vector<std::string_view> names = split(line, separator);
       if (!names.empty() && names.back().empty()) names.pop_back();
       if (names.empty()) throw DataError({file, line_number}, "the header names no column");
-      if (std::all_of(names.begin(), names.end(),
-                      [](std::string_view n) { return std::isfinite(to_number(n, false)); })) {
-        throw DataError({file, line_number}, "no header: the first row must name the columns, here it holds numbers");
-      }
-      for (const std::string_view name : names) {
-        if (std::find(table.names.begin(), table.names.end(), name) != table.names.end()) {
-          throw DataError({file, line_number}, "two columns are named '" + shown(name) + "'");
+      const std::vector<std::string> numbers = numbered_names(names.size());
+      const bool headless =
+          std::ranges::all_of(names, [&](std::string_view n) { return std::isfinite(to_number(n, separator == ';')); });
+      if (headless) {
+        table.names = numbers;
+      } else {
+        for (const std::string_view name : names) {
+          if (std::ranges::find(table.names, as_utf8(name)) != table.names.end()) {
+            throw DataError({file, line_number}, "two columns are named '" + shown(as_utf8(name)) + "'");
+          }
+          table.names.push_back(as_utf8(name));
         }
-        table.names.emplace_back(name);
       }
       width = table.names.size();
       table.columns.resize(width);
-      continue;
+      if (!headless || std::ranges::equal(names, numbers)) continue;
     }
     std::vector<std::string_view> cells = split(line, separator);
     if (cells.size() == width + 1 && cells.back().empty()) cells.pop_back();

@@ -12,9 +12,10 @@ struct DataTable {
   std::vector<int> lines;
 };
 
-/// CSV as measuring programs write it: separated by commas, semicolons or tabs, with a byte-order mark, blanks around
-/// names, a trailing separator, comment lines (#), decimal commas where semicolons separate. Cells that are no number
-/// are NaN. Throws DataError for rows of another length, no header, no rows.
+/// CSV as measuring programs write it: separated by commas, semicolons or tabs, with a byte-order mark, names in UTF-8
+/// or Latin-1 with blanks around them, a trailing separator, comment lines (#), decimal commas where semicolons
+/// separate. Where the first row holds numbers there is no header, and columns are named "1", "2", ... Cells that are
+/// no number are NaN. Throws DataError for rows of another length and no rows.
 DataTable parse_data_csv(std::string_view text, const std::string& file);
 
 /// A CSV, or by its ending a MATLAB file. Throws DataError, IoError.

@@ -62,9 +62,10 @@ std::string gain(const Diagnosis& d) {
   if (!errors.after || !errors.refit || !(*errors.after < 0.9 * *errors.refit)) return "";
   constexpr double kNearly = 1.1;
   const bool down = *errors.after < kNearly * d.fit.noise_floor;
+  const double times = *errors.refit / *errors.after;
   return " With it simulations err by " + format(*errors.after, 3) + " " + d.fit.unit + " instead of " +
          format(*errors.refit, 3) + " " + d.fit.unit + ", " +
-         (down ? "which is the sensor's noise." : format(*errors.refit / *errors.after, 2) + " times less.");
+         (down ? "which is the sensor's noise." : format(times, times < 100.0 ? 2 : 3) + " times less.");
 }
 
 /// "depends on the velocity most".
