@@ -389,8 +389,9 @@ void hold_to_account(Diagnosis& diagnosis) {
   if (*errors.after < kSettings.verdict.held_out * noise || share < kSettings.verdict.held_out_share) return;
   if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
   diagnosis.verdict = Verdict::unknown;
-  diagnosis.reason = "held-out recordings contradict what explains the others: it leaves " + format(100.0 * share, 2) +
-                     " % of their error";
+  const auto amount = [&](double error) { return format(error, 3) + " " + diagnosis.fit.unit; };
+  diagnosis.reason = "held-out recordings contradict what explains the others: there it errs by " +
+                     amount(*errors.after) + ", the model without it by " + amount(*errors.refit);
   for (ExplainedEffect& effect : diagnosis.explanation.effects) {
     effect.inclusion = std::min(*effect.inclusion, kSettings.verdict.unheld);
   }
