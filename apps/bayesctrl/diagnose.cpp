@@ -110,8 +110,11 @@ void print_verdict(const Diagnosis& d) {
   std::cout << d.name << ": " << to_name(d.verdict);
   if (!d.reason.empty()) std::cout << " (" << d.reason << ")";
   std::cout << "\n";
-  if (d.verdict != Verdict::check_spec) std::cout << "  " << sentence(d) << "\n";
-  if (d.verdict == Verdict::check_spec) print_suspicions(d);
+  if (d.verdict == Verdict::check_spec) {
+    print_suspicions(d);
+  } else {
+    std::cout << "  " << sentence(d) << "\n";
+  }
   print_explanation(d);
   print_alternatives(d);
   if (d.verdict != Verdict::check_spec) print_suspicions(d);

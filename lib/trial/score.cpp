@@ -42,9 +42,9 @@ Set names_of_effects(const std::vector<ExplainedEffect>& effects, int joints) {
   return names;
 }
 
-/// Whether the truth is the set that was said, up to names that were said to be inseparable.
-bool same_but_for_classes(const Set& truth, const Set& said, const std::vector<std::vector<std::string>>& classes) {
-  if (truth.size() != said.size()) return false;
+/// How many names of what was said are in the truth, as themselves or as one of at most three names that were said to
+/// be inseparable. Each of the truth counts once.
+std::size_t matches(const Set& truth, const Set& said, const std::vector<std::vector<std::string>>& classes) {
   Set lost, won;
   std::set_difference(truth.begin(), truth.end(), said.begin(), said.end(), std::inserter(lost, lost.end()));
   std::set_difference(said.begin(), said.end(), truth.begin(), truth.end(), std::inserter(won, won.end()));
@@ -59,7 +59,7 @@ bool same_but_for_classes(const Set& truth, const Set& said, const std::vector<s
       won.erase(b);
     }
   }
-  return lost.empty() && won.empty();
+  return said.size() - won.size();
 }
 
 std::string join(const Set& names) {
@@ -148,39 +148,21 @@ void judge_names(Scored& s, const ordered_json& truth, const Diagnosis& d) {
   const Set wanted = names_of_truth(truth, joints), said = names_of_effects(d.explanation.effects, joints);
   s.said = join(said);
   s.hidden = s.family == "outside" ? s.label : join(wanted);
-  const bool right = !wanted.empty() && same_but_for_classes(wanted, said, d.indistinguishable);
+  const bool right =
+      !wanted.empty() && wanted.size() == said.size() && matches(wanted, said, d.indistinguishable) == said.size();
   if (s.confident) s.named = right;
   if (s.verdict == Verdict::ambiguous) s.named = is_among(wanted, right, d.alternatives);
   s.wrong = s.confident && !right;
 }
 
-/// How many effects are listed as certain, and how many of them, or of what they were said to be inseparable from, were
-/// hidden. Each hidden one counts once.
+/// How many effects are listed as certain, and how many of them were hidden.
 void judge_certain(Scored& s, const ordered_json& truth, const Diagnosis& d) {
   const int joints = joints_of(truth, d);
-  Set hidden = names_of_truth(truth, joints);
-  std::vector<std::string> replaced;
-  for (const ExplainedEffect& effect : d.explanation.effects) {
-    if (!(effect.inclusion.value_or(0.0) >= kCertain)) continue;
-    ++s.certain;
-    const std::string name = label(effect, joints);
-    if (const auto at = hidden.find(name); at != hidden.end()) {
-      ++s.certain_right;
-      hidden.erase(at);
-    } else {
-      replaced.push_back(name);
-    }
-  }
-  for (const std::string& name : replaced) {
-    const auto at = std::ranges::find_if(hidden, [&](const std::string& other) {
-      return std::ranges::any_of(d.indistinguishable, [&](const std::vector<std::string>& names) {
-        return names.front() == name && std::ranges::find(names, other) != names.end();
-      });
-    });
-    if (at == hidden.end()) continue;
-    ++s.certain_right;
-    hidden.erase(at);
-  }
+  std::vector<ExplainedEffect> certain = d.explanation.effects;
+  std::erase_if(certain, [](const ExplainedEffect& e) { return !(e.inclusion.value_or(0.0) >= kCertain); });
+  const Set said = names_of_effects(certain, joints);
+  s.certain = static_cast<int>(said.size());
+  s.certain_right = static_cast<int>(matches(names_of_truth(truth, joints), said, d.indistinguishable));
 }
 
 void judge_cause(Scored& s, const ordered_json& outside, const Mismatch& mismatch) {

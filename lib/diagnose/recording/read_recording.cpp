@@ -149,11 +149,12 @@ DataTable parse_data_csv(std::string_view text, const std::string& file) {
       if (headless) {
         table.names = numbers;
       } else {
-        for (const std::string_view name : names) {
-          if (std::ranges::find(table.names, as_utf8(name)) != table.names.end()) {
-            throw DataError({file, line_number}, "two columns are named '" + shown(as_utf8(name)) + "'");
+        for (const std::string_view written : names) {
+          const std::string name = as_utf8(written);
+          if (std::ranges::find(table.names, name) != table.names.end()) {
+            throw DataError({file, line_number}, "two columns are named '" + shown(name) + "'");
           }
-          table.names.push_back(as_utf8(name));
+          table.names.push_back(name);
         }
       }
       width = table.names.size();

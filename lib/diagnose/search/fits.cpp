@@ -74,16 +74,10 @@ void Fits::add_subsets() {
     const std::vector<const Fit*> best = ranked();
     for (std::size_t i = 0;
          i < std::min<std::size_t>(std::size_t(options_.thorough(kSettings.search.subsets_of)), best.size()); ++i) {
-      const std::vector<Effect> effects = best[i]->effects;
-      for (std::size_t drop = 0; drop < effects.size(); ++drop) {
-        const std::vector<Effect> fewer = without(effects, drop);
-        std::vector<Effect> simpler = effects;
-        const bool has_simpler = simplify(simpler[drop].form);
-        for (const auto& [exists, set] : {std::pair{true, fewer}, {has_simpler, simpler}}) {
-          if (!exists || tried(set)) continue;
-          add(set);
-          grew = true;
-        }
+      for (const std::vector<Effect>& set : simpler_sets(best[i]->effects)) {
+        if (tried(set)) continue;
+        add(set);
+        grew = true;
       }
     }
   }
@@ -150,11 +144,7 @@ std::vector<Fit> Fits::finalists() const {
     if (best.front()->log_evidence - fit->log_evidence > kSettings.search.close) break;
     if (++close > std::size_t(options_.thorough(kSettings.search.finalists))) break;
     names.insert(key(fit->effects));
-    for (std::size_t e = 0; e < fit->effects.size(); ++e) {
-      names.insert(key(without(fit->effects, e)));
-      std::vector<Effect> simpler = fit->effects;
-      if (simplify(simpler[e].form)) names.insert(key(simpler));
-    }
+    for (const std::vector<Effect>& set : simpler_sets(fit->effects)) names.insert(key(set));
   }
   for (const std::vector<Effect>& equivalent : equivalents(best.front()->effects)) names.insert(key(equivalent));
   std::vector<Fit> list;

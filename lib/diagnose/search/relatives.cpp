@@ -49,6 +49,16 @@ bool simplify(EffectForm& form) {
   return simpler.has_value();
 }
 
+std::vector<std::vector<Effect>> simpler_sets(const std::vector<Effect>& effects) {
+  std::vector<std::vector<Effect>> list;
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    list.push_back(without(effects, e));
+    std::vector<Effect> simpler = effects;
+    if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
+  }
+  return list;
+}
+
 std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted) {
   for (Effect& effect : wanted) {
     for (const Effect& other : known) {

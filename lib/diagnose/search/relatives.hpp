@@ -19,6 +19,9 @@ std::vector<Effect> without(std::vector<Effect> set, std::size_t effect);
 /// Puts the simpler law of which a law is an extension in its place.
 bool simplify(EffectForm& form);
 
+/// Of each effect in turn: the set without it, and the set with its simpler law if it has one.
+std::vector<std::vector<Effect>> simpler_sets(const std::vector<Effect>& effects);
+
 /// A set that takes over the parameters of another where both hold the same effect.
 std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted);
 

@@ -377,28 +377,6 @@ void doubted(Judgement& judgement, const Search& search) {
   judgement.equivalence = {};
 }
 
-/// An explanation that does not hold in recordings which it was not made from is none: what it leaves of them is
-/// neither within the noise nor small beside what the nominal leaves. Its effects are then no more credible than
-/// experience says.
-void hold_to_account(Diagnosis& diagnosis) {
-  if (diagnosis.explanation.effects.empty() || !diagnosis.fit.held_out.after) return;
-  const FitErrors& errors = diagnosis.fit.held_out;
-  const double noise = diagnosis.fit.noise_floor;
-  const auto beyond_noise = [&](double error) { return std::sqrt(std::max(0.0, error * error - noise * noise)); };
-  const double share = beyond_noise(*errors.after) / std::max(beyond_noise(*errors.refit), 1e-300);
-  if (*errors.after < kSettings.verdict.held_out * noise || share < kSettings.verdict.held_out_share) return;
-  if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
-  diagnosis.verdict = Verdict::unknown;
-  const auto amount = [&](double error) { return format(error, 3) + " " + diagnosis.fit.unit; };
-  diagnosis.reason = "held-out recordings contradict what explains the others: there it errs by " +
-                     amount(*errors.after) + ", the model without it by " + amount(*errors.refit);
-  for (ExplainedEffect& effect : diagnosis.explanation.effects) {
-    effect.inclusion = std::min(*effect.inclusion, kSettings.verdict.unheld);
-  }
-  for (auto& [name, p] : diagnosis.inclusion.items) p = std::min(p, kSettings.verdict.unheld);
-  diagnosis.explanation.probability = std::min(diagnosis.explanation.probability, kSettings.verdict.unheld);
-}
-
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
 void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                  const std::vector<Measured>& held_out, const Eigen::VectorXd& noise, const StageBegins& stage,

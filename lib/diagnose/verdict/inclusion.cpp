@@ -13,17 +13,6 @@ namespace bayesctrl {
 
 namespace {
 
-/// Sets with one effect less, or with a simpler law of it.
-std::vector<std::vector<Effect>> simpler_sets(const std::vector<Effect>& effects) {
-  std::vector<std::vector<Effect>> list;
-  for (std::size_t e = 0; e < effects.size(); ++e) {
-    list.push_back(without(effects, e));
-    std::vector<Effect> simpler = effects;
-    if (simplify(simpler[e].form)) list.push_back(std::move(simpler));
-  }
-  return list;
-}
-
 /// Dry friction that is no stronger at rest than its simpler law is that law.
 bool same_at_rest(const EffectForm& form, const EffectForm& simpler) {
   if (!form.roles().dry_friction || !simpler.roles().dry_friction) return false;

@@ -9,8 +9,8 @@
 namespace bayesctrl {
 
 /// Sets that differ only in what does not matter are one. An effect, or what a law adds to a simpler one, without which
-/// a set leaves hardly more (`verdict.immaterial` of the nominal's error, `verdict.unseen` of the motion where nothing
-/// else is left), or which never acts, gives its probability to the set without it. Dry friction that is no stronger at
+/// a set leaves hardly more (`verdict.immaterial` of the nominal's error, `verdict.unseen` of it where nothing else
+/// is left), or which never acts, gives its probability to the set without it. Dry friction that is no stronger at
 /// rest gives its own to the simpler law if it is ahead of it all the same; if not, the simpler law comes first.
 void merge_immaterial(Explanation& explanation);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/format.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
@@ -61,6 +62,23 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
       result.verdict == Verdict::nothing_missing && p_given < kSettings.verdict.nothing && !search.options.free.empty();
   if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);
   return result;
+}
+
+void hold_to_account(Diagnosis& diagnosis) {
+  if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
+  const FitErrors& errors = diagnosis.fit.held_out;
+  const double noise = diagnosis.fit.noise_floor;
+  if (!errors.after || *errors.after < kSettings.verdict.held_out * noise) return;
+  const double share = beyond_noise(*errors.after, noise) / std::max(beyond_noise(*errors.refit, noise), 1e-300);
+  if (share < kSettings.verdict.held_out_share) return;
+  diagnosis.verdict = Verdict::unknown;
+  const auto amount = [&](double error) { return format(error, 3) + " " + diagnosis.fit.unit; };
+  diagnosis.reason = "held-out recordings contradict what explains the others: there it errs by " +
+                     amount(*errors.after) + ", the model without it by " + amount(*errors.refit);
+  const auto doubt = [](double& p) { p = std::min(p, kSettings.verdict.unheld); };
+  for (ExplainedEffect& effect : diagnosis.explanation.effects) doubt(*effect.inclusion);
+  for (auto& [name, p] : diagnosis.inclusion.items) doubt(p);
+  doubt(diagnosis.explanation.probability);
 }
 
 }  // namespace bayesctrl

@@ -52,4 +52,9 @@ Missing missing_torque(const Search& search);
 /// was given.
 Judgement judge(const Search& search, const Missing& missing, double p_given);
 
+/// An explanation that does not hold in recordings which it was not made from is none: what it leaves of them is
+/// neither within the noise nor small beside what the nominal leaves. Its effects are then no more credible than
+/// experience says.
+void hold_to_account(Diagnosis& diagnosis);
+
 }  // namespace bayesctrl

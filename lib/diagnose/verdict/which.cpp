@@ -165,10 +165,12 @@ std::size_t strongest(const Explanation& explanation) {
   return strongest;
 }
 
+double beyond_noise(double error, double noise) { return std::sqrt(std::max(0.0, error * error - noise * noise)); }
+
 double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
                           const std::vector<Trajectory>& paths, double horizon) {
   const double rms = free_runs({fit.plant, fit.effects, {}}, data, paths, horizon, false, explanation.max_step).rms;
-  return std::sqrt(std::max(0.0, rms * rms - std::pow(explanation.noise_rms(), 2)));
+  return beyond_noise(rms, explanation.noise_rms());
 }
 
 void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,

@@ -26,6 +26,9 @@ double vuong_bounded(double nats, const Eigen::VectorXd& more);
 /// The effect without which the explanation loses most.
 std::size_t strongest(const Explanation& explanation);
 
+/// What an RMS error has beside that of the noise.
+double beyond_noise(double error, double noise);
+
 /// RMS error of a model's free runs over the training windows beyond the sensor's noise.
 double error_beyond_noise(const Fit& fit, const Explanation& explanation, const std::vector<Measured>& data,
                           const std::vector<Trajectory>& paths, double horizon);
