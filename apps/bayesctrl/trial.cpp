@@ -47,8 +47,8 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
       "  bayesctrl trial configs/trial.yaml --set outside=0 --set nothing=0");
   sub->callback([command, &exit] {
     TrialSpec spec = read<TrialSpec>(read_spec(command->spec, command->assignments, "trial"));
-    for (int* count :
-         {&spec.per_effect, &spec.pairs, &spec.triples, &spec.outside, &spec.nothing, &spec.short_recordings}) {
+    for (int* count : {&spec.per_effect, &spec.pairs, &spec.triples, &spec.many, &spec.outside, &spec.nothing,
+                       &spec.short_recordings}) {
       if (*count > 0) *count = std::max(1, static_cast<int>(*count * command->scale));
     }
     const std::filesystem::path folder =

@@ -181,9 +181,13 @@ struct SearchSettings {
   double expected_effects = 2.0;
   double most_likely = 0.2;
   int most_effects = 3;
+  int largest_set = 8;
+  int grown = 3;
+  double worth_growing = 0.1;
+  double near = 1.0;
   int kept_findings = 100;
   int beam = 40;
-  int most_columns = 9;
+  int most_columns = 24;
   double most_frequencies = 1500.0;
   double sensor_prior = 0.2;
   int fitted_findings = 8;
@@ -196,6 +200,8 @@ struct SearchSettings {
   double most_noise_ratio = 1.5;
   double hopeless = 40.0;
   double screen_error = 1e-3;
+  double possible = 6.0;
+  double promise_error = 0.05;
   double relinearise = 1e-3;
   double least_gain = 1.0;
   double least_relative_gain = 0.005;
@@ -221,6 +227,11 @@ struct SearchSettings {
     field("most_likely", self.most_likely,
           {kPositive, "probability", "of an effect before anything is known, at most"});
     field("most_effects", self.most_effects, {kPositive, "", "in a set that the screen looks at"});
+    field("largest_set", self.largest_set, {kPositive, "", "effects, that grows from those by one at a time"});
+    field("grown", self.grown, {kPositive, "", "triples that the screen lets grow"});
+    field("worth_growing", self.worth_growing,
+          {kPositive, "", "of the error beyond the noise that an effect more has to take away"});
+    field("near", self.near, {kPositive, "noise", "unless less is left"});
     field("kept_findings", self.kept_findings, {kPositive, "", "pairs, and triples, that the screen returns"});
     field("beam", self.beam, {kPositive, "", "pairs that it extends to triples"});
     field("most_columns", self.most_columns, {kPositive, "", "of one set in the screen"});
@@ -245,6 +256,11 @@ struct SearchSettings {
           {kPositive, "nats", "behind the best, beyond which a finding of the screen is not fitted"});
     field("screen_error", self.screen_error,
           {kPositive, "", "and of the nats that the best explains: the screen is linear"});
+    field("possible", self.possible,
+          {kPositive, "nats", "behind a good fit, beyond which an effect more is not fitted"});
+    field(
+        "promise_error", self.promise_error,
+        {kPositive, "", "part of what an effect explains by which its linear response may miss what takes its place"});
     field("relinearise", self.relinearise,
           {kPositive, "p-value", "of the best, below which the motion is linearised about it"});
     field("least_gain", self.least_gain, {kPositive, "nats", "a round that gains less is the last"});

@@ -21,6 +21,7 @@ using nlohmann::ordered_json;
 constexpr int kAttempts = 60;
 constexpr double kStep = 4e-3;                      // s, of the integration by which held-out recordings are judged
 constexpr double kSmallest = 2.0, kLargest = 50.0;  // sizes
+constexpr double kSeen = 5.0;                       // least size of each of several beside the others
 constexpr double kOutside = 3.0;  // least distance, in noise, of an invention from what the best triple can fit, and of
                                   // the held-out recording from the nominal: where an invention does not act, no
                                   // model of it can be seen to be better
@@ -64,6 +65,21 @@ double measured_size(const Hidden& machine, const Scene& scene) {
   return once ? most : std::sqrt(squares / kRecordings);
 }
 
+/// Whether each effect shows beside all others, in one of the training recordings or in all of them.
+bool all_show(const Hidden& machine, const Scene& scene) {
+  const std::vector<Recorded> list = record_all(machine, scene, kRecordings);
+  if (list.empty()) return false;
+  for (std::size_t e = 0; e < machine.effects.size(); ++e) {
+    double most = 0.0;
+    for (int r = 0; r < kRecordings; ++r) {
+      const Recorded& recorded = list[static_cast<std::size_t>(r)];
+      most = std::max(most, size_beside_others(machine, e, recorded, r, scene.sampling.noise));
+    }
+    if (!(most >= kSeen)) return false;
+  }
+  return true;
+}
+
 Scene draw_scene(const TrialSpec& spec, const Plant& nominal, RandomStream& random) {
   Scene scene{nominal, {}, {}, random()};
   scene.sampling.rate = draw_uniform(random, 0.0, 1.0) < 0.5 ? 100.0 : 200.0;
@@ -96,6 +112,15 @@ double error_beyond_noise(const Plant& nominal, const Measured& unseen, double n
   return std::sqrt(std::max(0.0, std::pow(runs.rms / noise, 2) - 1.0));
 }
 
+/// How many effects of the catalogue a case hides: "many" are four to six in one joint, four to eight in an arm.
+std::size_t effects_in(const Order& order, int joints) {
+  if (order.family == "single") return 1;
+  if (order.family == "pair") return 2;
+  if (order.family == "triple") return 3;
+  if (order.family == "many") return 4 + static_cast<std::size_t>(order.variant) / 5 % (joints == 1 ? 3 : 5);
+  return 0;
+}
+
 }  // namespace
 
 std::vector<Order> orders(const TrialSpec& spec) {
@@ -111,6 +136,7 @@ std::vector<Order> orders(const TrialSpec& spec) {
   };
   add("pair", spec.pairs);
   add("triple", spec.triples);
+  add("many", spec.many);
   add("outside", spec.outside);
   add("nothing", spec.nothing);
   add("short", spec.short_recordings);
@@ -174,8 +200,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
       return true;
     };
 
-    if (order.family == "single" || order.family == "pair" || order.family == "triple") {
-      const std::size_t count = order.family == "single" ? 1 : order.family == "pair" ? 2 : 3;
+    if (const std::size_t count = effects_in(order, n); count > 0) {
       std::set<std::pair<std::size_t, int>> used;
       while (good && machine.effects.size() < count) {
         const std::size_t kind =
@@ -184,9 +209,10 @@ Case make_case(const TrialSpec& spec, const Order& order) {
                 : order.kinds[0];
         const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
         if (!used.insert({kind, joint}).second) continue;
-        good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : 5.0, kLargest)) &&
+        good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : kSeen, kLargest)) &&
                can_be_told_apart(machine.effects, nominal);
       }
+      if (order.family == "many") good = good && all_show(machine, scene);
     } else if (order.family == "outside") {
       const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
       const double range = std::holds_alternative<Mass>(nominal) ? 0.5 : 1.0;

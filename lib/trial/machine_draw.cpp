@@ -90,6 +90,37 @@ void advance(const Hidden& machine, JointVector& q, JointVector& v, double& memo
   }
 }
 
+/// RMS over the noise of what `difference` gives for each second of a recording; infinite where that diverges.
+double over_seconds(const Recorded& recorded, double noise,
+                    const std::function<Eigen::MatrixXd(std::size_t first, std::size_t last)>& difference) {
+  double squares = 0.0, count = 0.0;
+  for (std::size_t first = 0; first + 2 < recorded.time.size();) {
+    std::size_t last = first;
+    while (last + 1 < recorded.time.size() && recorded.time[last + 1] <= recorded.time[first] + 1.0) ++last;
+    if (last == first) break;
+    try {
+      const Eigen::MatrixXd left = difference(first, last);
+      squares += left.squaredNorm();
+      count += static_cast<double>(left.size());
+    } catch (const NumericalError&) {
+      return kInfinity;
+    }
+    first = last + 1;
+  }
+  return std::sqrt(squares / std::max(1.0, count)) / noise;
+}
+
+constexpr double kJudged = 0.011;  // s, longest step of runs by which sizes are judged
+
+/// The effects that act in one of a machine's recordings.
+std::vector<Effect> acting(const std::vector<Effect>& effects, int number) {
+  std::vector<Effect> here;
+  for (const Effect& effect : effects) {
+    if (effect.recording < 0 || effect.recording == number) here.push_back(effect);
+  }
+  return here;
+}
+
 }  // namespace
 
 std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task task, const Sampling& sampling,
@@ -123,11 +154,7 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
 
   result.position = result.truth = result.input = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(samples), n);
   result.state.resize(static_cast<Eigen::Index>(samples), 2 * n);
-  std::vector<Effect> here;
-  for (const Effect& effect : machine.effects) {
-    if (effect.recording < 0 || effect.recording == number) here.push_back(effect);
-  }
-  const Machine simulator(machine.plant, here);
+  const Machine simulator(machine.plant, acting(machine.effects, number));
   std::vector<Eigen::VectorXd> noise;
   for (int j = 0; j < n; ++j) {
     Eigen::VectorXd& list = noise.emplace_back(static_cast<Eigen::Index>(samples));
@@ -186,22 +213,25 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
 double size_of(const Plant& nominal, const Recorded& recorded, double noise) {
   const Machine machine(nominal, {});
   const std::vector<Drive> drives = machine.drives(recorded.time, recorded.input);
-  double squares = 0.0, count = 0.0;
-  for (std::size_t first = 0; first + 2 < recorded.time.size();) {
-    std::size_t last = first;
-    while (last + 1 < recorded.time.size() && recorded.time[last + 1] <= recorded.time[first] + 1.0) ++last;
-    if (last == first) break;
+  return over_seconds(recorded, noise, [&](std::size_t first, std::size_t last) -> Eigen::MatrixXd {
     const auto row = static_cast<Eigen::Index>(first);
-    try {
-      const Eigen::MatrixXd run = machine.run(recorded.state.row(row), recorded.time, drives, first, last, 0.011);
-      squares += (run - recorded.truth.middleRows(row, run.rows())).squaredNorm();
-      count += static_cast<double>(run.size());
-    } catch (const NumericalError&) {
-      return kInfinity;
-    }
-    first = last + 1;
-  }
-  return std::sqrt(squares / std::max(1.0, count)) / noise;
+    const Eigen::MatrixXd run = machine.run(recorded.state.row(row), recorded.time, drives, first, last, kJudged);
+    return run - recorded.truth.middleRows(row, run.rows());
+  });
+}
+
+double size_beside_others(const Hidden& hidden, std::size_t effect, const Recorded& recorded, int number,
+                          double noise) {
+  std::vector<Effect> others = hidden.effects;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(effect));
+  const Machine with(hidden.plant, acting(hidden.effects, number)), without(hidden.plant, acting(others, number));
+  const std::vector<Drive> drives = with.drives(recorded.time, recorded.input),
+                           others_drives = without.drives(recorded.time, recorded.input);
+  return over_seconds(recorded, noise, [&](std::size_t first, std::size_t last) -> Eigen::MatrixXd {
+    const auto start = recorded.state.row(static_cast<Eigen::Index>(first));
+    return with.run(start, recorded.time, drives, first, last, kJudged) -
+           without.run(start, recorded.time, others_drives, first, last, kJudged);
+  });
 }
 
 Effect draw_effect(std::size_t kind, int joint, const std::vector<double>& shape, const DrawScales& scales) {

@@ -58,6 +58,9 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
 /// RMS distance over the noise between free runs of 1 s of the nominal and what the machine did, from the true states.
 double size_of(const Plant& nominal, const Recorded& recorded, double noise);
 
+/// The same between a machine and what it is without one of its effects: what no other of them hides or undoes.
+double size_beside_others(const Hidden& hidden, std::size_t effect, const Recorded& recorded, int number, double noise);
+
 /// A catalogued effect of one kind in one joint as it declares to be drawn; `shape`: draws from 0 to 1.
 Effect draw_effect(std::size_t kind, int joint, const std::vector<double>& shape, const DrawScales& scales);
 

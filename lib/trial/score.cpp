@@ -162,6 +162,7 @@ void judge_certain(Scored& s, const ordered_json& truth, const Diagnosis& d) {
   std::erase_if(certain, [](const ExplainedEffect& e) { return !(e.inclusion.value_or(0.0) >= kCertain); });
   const Set said = names_of_effects(certain, joints);
   s.certain = static_cast<int>(said.size());
+  s.effects = static_cast<int>(truth["effects"].size());
   s.certain_right = static_cast<int>(matches(names_of_truth(truth, joints), said, d.indistinguishable));
 }
 
@@ -274,7 +275,7 @@ std::string tables(const std::vector<Scored>& cases) {
     text += row(label, count(cases, [&](const Scored& s) { return s.family == "single" && s.label == label; }));
   }
   text += "\n## Several hidden effects, or none\n\n" + std::string(kHead);
-  for (const char* family : {"pair", "triple", "nothing"}) {
+  for (const char* family : {"pair", "triple", "many", "nothing"}) {
     text += row(family, count(cases, [&](const Scored& s) { return s.family == family; }));
   }
   if (std::any_of(cases.begin(), cases.end(), [](const Scored& s) { return s.family == "short"; })) {
@@ -342,7 +343,7 @@ std::string tables(const std::vector<Scored>& cases) {
   text +=
       "\n## What is stated with 0.9 or more, by family\n\n| | sets | right | effects | right "
       "|\n|---|---:|---:|---:|---:|\n";
-  for (const char* family : {"single", "pair", "triple", "short", "outside", "nothing"}) {
+  for (const char* family : {"single", "pair", "triple", "many", "short", "outside", "nothing"}) {
     int sets = 0, right = 0, effects = 0, hidden = 0;
     for (const Scored& s : cases) {
       if (s.family != family) continue;
@@ -384,14 +385,23 @@ ordered_json summary(const std::vector<Scored>& cases) {
   const auto good = [&](const Scored& s) { return known(s) && s.named; };
   std::vector<double> after, seconds, left_outside;
   double covered = 0.0, parameters = 0.0;
+  int many_said = 0, many_right = 0, many_hidden = 0;
   for (const Scored& s : cases) {
     seconds.push_back(s.seconds);
+    if (s.family == "many") {
+      many_said += s.certain;
+      many_right += s.certain_right;
+      many_hidden += s.effects;
+    }
     if (s.family == "outside") left_outside.push_back(s.after / s.refit);
     if (!good(s)) continue;
     after.push_back(s.after);
     covered += s.covered;
     parameters += s.parameters;
   }
+  const auto ratio = [](int part, int whole) {
+    return whole == 0 ? ordered_json(nullptr) : ordered_json(static_cast<double>(part) / whole);
+  };
   double total_seconds = 0.0;
   for (const double x : seconds) total_seconds += x;
   const auto calm = [](const Scored& s) { return s.family == "outside" && s.noise <= 1e-3; };
@@ -403,6 +413,8 @@ ordered_json summary(const std::vector<Scored>& cases) {
           {"size 2 to 5: named", share(single(0.0, 5.0), named)},
           {"pairs named", share(family("pair"), named)},
           {"triples named", share(family("triple"), named)},
+          {"many: hidden effects that are listed with inclusion >= 0.9", ratio(many_right, many_hidden)},
+          {"many: effects listed with inclusion >= 0.9 that are false", ratio(many_said - many_right, many_said)},
           {"outside: detected", share(family("outside"), detected)},
           {"outside: declined at noise <= 1e-3", share(calm, [](const Scored& s) { return s.declined; })},
           {"outside: confident wrong name", share(family("outside"), [](const Scored& s) { return s.confident; })},

@@ -18,6 +18,7 @@ struct Scored {
   bool declined = false;   // verdict `unknown`
   bool wrong = false;      // verdict `named`, another set
   double probability = 0.0;
+  int effects = 0;                     // that are hidden
   int certain = 0, certain_right = 0;  // effects of inclusion 0.9 or more; those that, or whose equivalent, is hidden
   bool channel = false, joint = false, cause = false;
   int covered = 0, parameters = 0;                // 95 % intervals of named effects that hold the truth

@@ -19,6 +19,7 @@ struct TrialSpec {
   int per_effect = 10;
   int pairs = 60;
   int triples = 40;
+  int many = 0;
   int outside = 60;
   int nothing = 150;
   int short_recordings = 0;
@@ -32,6 +33,8 @@ struct TrialSpec {
     field("per_effect", self.per_effect, {between(0, 10000), "", "cases for each effect of the catalogue"});
     field("pairs", self.pairs, {between(0, 100000), "", "cases with two hidden effects"});
     field("triples", self.triples, {between(0, 100000), "", "cases with three hidden effects"});
+    field("many", self.many,
+          {between(0, 100000), "", "cases with four to six hidden effects in one joint, four to eight in an arm"});
     field("outside", self.outside, {between(0, 100000), "", "cases with an effect that is in no catalogue"});
     field("nothing", self.nothing, {between(0, 100000), "", "cases in which nothing is missing"});
     field("short", self.short_recordings,

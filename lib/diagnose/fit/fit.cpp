@@ -72,33 +72,9 @@ Eigen::MatrixXd descend(const FitProblem& problem, Fit& current, bool exactly, i
   return descent.jacobian();
 }
 
-/// A model simulated as it is given. `starts`: initial states, if another fit has found them.
-Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
-  Fit current;
-  current.plant = problem.nominal;
-  current.effects = std::move(effects);
-  current.unknowns =
-      list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data, problem.forcing.paths());
-  const std::vector<Machine> list = machines(current.plant, current.effects, problem.data.size());
-  for (const Segment& window : problem.response.windows()) {
-    const std::size_t r = window.recording;
-    current.initial_states.push_back(initial_guess(window, problem.forcing.paths()[r], list[r]));
-  }
-  Eigen::VectorXd values = values_of(current);
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
-    values[i] = std::clamp(values[i], unknown.low, unknown.high);
-  }
-  assign(current, values);
-  for (std::size_t w = 0; w < starts.size(); ++w) {
-    hand_down(starts[w], joints(current.plant), current.initial_states[w]);
-  }
-  simulate(problem, current, starts.empty() ? 2 : 0);
-  complete_priors(problem, current);
-  return current;
-}
-
 }  // namespace
+
+bool leaves_little(const Fit& fit) { return fit.sse <= kSettings.fit.hopeless * noise_sse(fit.residual.size()); }
 
 double prior_cost(const Fit& fit) {
   double sum = 0.0;
@@ -219,6 +195,31 @@ double adequate_step(const FitProblem& problem) {
   return kSettings.fit.shortest_step;
 }
 
+Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
+  Fit current;
+  current.plant = problem.nominal;
+  current.effects = std::move(effects);
+  current.unknowns =
+      list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data, problem.forcing.paths());
+  const std::vector<Machine> list = machines(current.plant, current.effects, problem.data.size());
+  for (const Segment& window : problem.response.windows()) {
+    const std::size_t r = window.recording;
+    current.initial_states.push_back(initial_guess(window, problem.forcing.paths()[r], list[r]));
+  }
+  Eigen::VectorXd values = values_of(current);
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
+    values[i] = std::clamp(values[i], unknown.low, unknown.high);
+  }
+  assign(current, values);
+  for (std::size_t w = 0; w < starts.size(); ++w) {
+    hand_down(starts[w], joints(current.plant), current.initial_states[w]);
+  }
+  simulate(problem, current, starts.empty() ? 2 : 0);
+  complete_priors(problem, current);
+  return current;
+}
+
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
   Fit current = begin(problem, std::move(effects), starts);
   recover(problem, current);
@@ -247,14 +248,17 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   return current;
 }
 
+Fit glance(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
+  Fit current = begin(problem, std::move(effects), starts);
+  current.glanced = true;
+  weigh(problem, current, descend(problem, current, false, 1));
+  return current;
+}
+
 Fit started(const FitProblem& problem, Fit fit) {
   simulate(problem, fit, 2);
   polish(problem, fit);
   return fit;
-}
-
-double sse_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
-  return begin(problem, std::move(effects), starts).sse;
 }
 
 Fit refined(const FitProblem& problem, Fit current) {

@@ -18,11 +18,15 @@ struct Fit {
   Eigen::VectorXd residual;                  // rows of the response: measured less simulated, in units of the noise
   double sse = kInfinity;                    // of the residual
   bool refined = false;                      // with the exact Jacobian
+  bool glanced = false;                      // one step only: what it leaves is lost
   double log_evidence = -kInfinity;          // Laplace, up to a constant of the recordings; penalty per effect included
 
   /// Posterior standard deviation of a parameter of an effect (-1: of the plant); 0 for what is not adjusted.
   double deviation(int effect, std::string_view name) const;
 };
+
+/// Whether a fit leaves so little that its linear response tells what is missing in it.
+bool leaves_little(const Fit& fit);
 
 /// Values of a fit's unknowns; the same put into its plant and effects, as far as the effects admit them; one of them.
 Eigen::VectorXd values_of(const Fit& fit);
@@ -62,11 +66,14 @@ double adequate_step(const FitProblem& problem);
 /// of the windows as another fit has found them. Throws NumericalError when not even the start can be simulated.
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts = {});
 
+/// The same after one step of the linear response: whether a set is worth a fit. Throws NumericalError.
+Fit glance(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
+
 /// Initial states and residual of a fit whose parameters are given. Throws NumericalError.
 Fit started(const FitProblem& problem, Fit fit);
 
-/// Sum of squared errors (SSE) there, before anything is adjusted.
-double sse_at(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
+/// A set as it is given, before anything is adjusted; without evidence. Throws NumericalError.
+Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
 
 /// The same from where a fit is, with the exact Jacobian.
 Fit refined(const FitProblem& problem, Fit fit);

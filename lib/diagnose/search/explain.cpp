@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "diagnose/search/climb.hpp"
 #include "diagnose/search/fits.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
@@ -118,7 +119,7 @@ double hopeless_behind(const Finding& best) {
 void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictionary& dictionary,
                   const ExplainOptions& options) {
   const double hopeless = hopeless_behind(findings.front());
-  std::array<int, 4> of_size{};
+  std::array<int, kSettings.search.largest_set + 1> of_size{};
   int total = 0;
   for (const Finding& finding : findings) {
     const std::size_t size = finding.suspects.size();
@@ -129,30 +130,6 @@ void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictio
     ++of_size[size];
     ++total;
     fits.add(finding.effects(dictionary));
-  }
-}
-
-/// From the best so far to its neighbours, until none is better.
-void climb(Fits& fits, const Screen& screen, double hopeless, const Dictionary& dictionary, const Explanation& result,
-           const ExplainOptions& options) {
-  for (std::string before; before != key(fits.ranked().front()->effects);) {
-    const Fit best = *fits.ranked().front();
-    before = key(best.effects);
-    if (best.effects.empty()) break;
-    double first = -kInfinity;
-    int tried = 0;
-    for (const Finding& finding : screen.neighbours(best.effects)) {
-      first = std::max(first, finding.log_evidence);
-      if (tried >= options.thorough(options.neighbours) || finding.log_evidence < first - hopeless) break;
-      std::vector<Effect> effects = finding.effects(dictionary);
-      if (fits.tried(effects)) continue;
-      ++tried;
-      fits.add(start_from(best.effects, std::move(effects)));
-    }
-    if (result.p_value(best) < kSettings.search.relinearise) {
-      for (std::vector<Effect>& effects : dry_relatives(best.effects)) fits.add(std::move(effects));
-    }
-    fits.add_subsets();
   }
 }
 
@@ -194,7 +171,7 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
   const std::vector<Finding> findings = screen.all();
   fit_findings(fits, findings, dictionary, options);
   fits.add_subsets();
-  climb(fits, screen, hopeless_behind(findings.front()), dictionary, result, options);
+  climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()));
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }
 

@@ -69,8 +69,9 @@ struct ExplainOptions {
   int thorough(int usual) const { return static_cast<int>(std::round(effort * usual)); }
 };
 
-/// Stages 1 to 5: noise, motion, screen of all sets of up to three effects, fits of the most promising and of all their
-/// subsets. Throws NumericalError where the nominal cannot be simulated.
+/// Stages 1 to 5: noise, motion, screen of sets of up to three effects and of what they grow to, fits of the most
+/// promising, of all their subsets and of what is next to them. Throws NumericalError where the nominal cannot be
+/// simulated.
 Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
 
 /// What fits about one of its linearisations share.

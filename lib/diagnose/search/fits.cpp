@@ -41,8 +41,7 @@ const Fit* Fits::add(std::vector<Effect> effects) {
   // What was found about another motion is the better start, and enough where it is lost.
   std::vector<SegmentState> starts;
   if (const auto old = stale_.find(name); old != stale_.end()) {
-    if (!effects.empty() &&
-        old->second.sse > kSettings.search.lost * (problem().best + 2.0 * kSettings.search.nested)) {
+    if (!effects.empty() && is_lost(old->second)) {
       return &fits_.insert_or_assign(name, old->second).first->second;
     }
     effects = old->second.effects;
@@ -76,11 +75,48 @@ void Fits::add_subsets() {
          i < std::min<std::size_t>(std::size_t(options_.thorough(kSettings.search.subsets_of)), best.size()); ++i) {
       for (const std::vector<Effect>& set : simpler_sets(best[i]->effects)) {
         if (tried(set)) continue;
-        add(set);
+        add_part(*best[i], set);
         grew = true;
       }
     }
   }
+}
+
+/// Whether a set leaves so much that none near it is the answer.
+bool Fits::is_lost(const Fit& fit) const {
+  return fit.sse > kSettings.search.lost * (problem().best + 2.0 * kSettings.search.nested);
+}
+
+/// Adds a set that another one contains. Where that one leaves little the set begins there, and one step says whether
+/// it is lost; where it leaves much the set may be the better of the two.
+void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
+  if (leaves_little(of) && !effects.empty() && !redundant(effects) && allowed(effects)) {
+    try {
+      Fit seen = glance(problem(), effects,
+                        as_shown(of.initial_states, Machine(of.plant, of.effects), Machine(of.plant, effects)));
+      if (is_lost(seen)) {
+        const std::string name = key(effects);
+        tried_.insert(name);
+        fits_.insert_or_assign(name, std::move(seen));
+        return;
+      }
+    } catch (const NumericalError&) {  // as the others are it cannot be simulated: perhaps from elsewhere
+    }
+  }
+  add(std::move(effects));
+}
+
+Fit Fits::bare(const Fit& of, std::size_t effect) const {
+  const std::vector<Effect> others = without(of.effects, effect);
+  return begin(problem(), others,
+               as_shown(of.initial_states, Machine(of.plant, of.effects), Machine(of.plant, others)));
+}
+
+const Fit* Fits::part(const Fit& of, std::size_t effect) {
+  std::vector<Effect> others = without(of.effects, effect);
+  const std::string name = key(others);
+  if (!tried_.contains(name)) add_part(of, std::move(others));
+  return find(name);
 }
 
 void Fits::add_simpler() {
@@ -149,7 +185,7 @@ std::vector<Fit> Fits::finalists() const {
   for (const std::vector<Effect>& equivalent : equivalents(best.front()->effects)) names.insert(key(equivalent));
   std::vector<Fit> list;
   for (const Fit* fit : best) {
-    if (names.contains(key(fit->effects))) list.push_back(*fit);
+    if (names.contains(key(fit->effects)) && !fit->glanced) list.push_back(*fit);
   }
   return list;
 }
@@ -158,7 +194,7 @@ std::vector<Fit> Fits::finalists() const {
 bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts) {
   try {
     Fit& known = fits_.at(key(start));
-    if (sse_at(problem(), start, starts) >= known.sse) return false;
+    if (begin(problem(), start, starts).sse >= known.sse) return false;
     Fit tried = refined(problem(), fit(problem(), start, starts));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);

@@ -26,9 +26,19 @@ class Fits {
   /// is tried again if it stopped short of its own subset. Whether there was anything to do.
   bool extend(const Fit& known, std::vector<Effect> effects);
 
+  /// The fit of a set about the present motion; null where there is none.
+  const Fit* find(const std::vector<Effect>& effects) const { return find(key(effects)); }
+
+  /// The same, of what is left of another set without one of its effects: it begins there.
+  const Fit* part(const Fit& of, std::size_t effect);
+
+  /// The same with all else as it is. Throws NumericalError.
+  Fit bare(const Fit& of, std::size_t effect) const;
+
   bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
 
-  /// All subsets of the best candidates, and those in which a law gives way to a simpler one.
+  /// All subsets of the best candidates, and those in which a law gives way to a simpler one. What one step from there
+  /// says is lost is not adjusted further.
   void add_subsets();
 
   /// Every set once more with simpler laws in the place of richer ones.
@@ -47,6 +57,8 @@ class Fits {
 
  private:
   std::vector<Fit> finalists() const;
+  bool is_lost(const Fit& fit) const;
+  void add_part(const Fit& of, std::vector<Effect> effects);
   bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts);
   bool allowed(const std::vector<Effect>& effects) const;
   const Fit* find(const std::string& name) const;

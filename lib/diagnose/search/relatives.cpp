@@ -82,7 +82,8 @@ std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
     for (const EffectForm& form : dry_laws(plain[e].form.law().scaled(plain[e].form, kSettings.search.second_law))) {
       std::vector<Effect> larger = set;
       larger.push_back({form, set[e].joint, -1});
-      if (&form.law() != &set[e].form.law() && larger.size() <= 3) list.push_back(std::move(larger));
+      if (&form.law() != &set[e].form.law() && larger.size() <= std::size_t{kSettings.search.largest_set})
+        list.push_back(std::move(larger));
     }
   }
   return list;

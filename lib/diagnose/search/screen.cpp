@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "diagnose/motion/spectrum.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
 
@@ -12,49 +11,9 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr Eigen::Index kBatch = 64;
-
 using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kSettings.search.most_columns,
                             kSettings.search.most_columns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSettings.search.most_columns, 1>;
-
-/// Of too many frequencies those that are strongest in the missing torque are tried.
-OperatingRange searched_range(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint) {
-  OperatingRange range = operating_range(data, paths, joint);
-  range.frequencies = [&data, &paths, joint](double step, double highest) {
-    constexpr double kMost = kSettings.search.most_frequencies;
-    return highest / step > kMost
-               ? strongest_frequencies(data, paths, joint, step, highest, static_cast<std::size_t>(kMost))
-               : multiples(step, highest);
-  };
-  return range;
-}
-
-/// Dry friction that holds a joint at rest does there what all other torques together undo, whatever its level: one
-/// column more for all of its shapes, whose coefficient is about 1.
-void add_what_is_held(Dictionary& dictionary, const LinearResponse& response, const Forcing& forcing) {
-  for (int joint = 0; joint < joints(forcing.plant()); ++joint) {
-    std::vector<Eigen::MatrixXd> held;
-    bool any = false;
-    for (std::size_t r = 0; r < forcing.data().size(); ++r) {
-      held.emplace_back(forcing.held(joint, r).transpose().reshaped());
-      any |= !held.back().isZero(0.0);
-    }
-    if (!any) continue;
-    const auto column = dictionary.columns.cols();
-    dictionary.columns.conservativeResize(Eigen::NoChange, column + 1);
-    dictionary.columns.col(column) = response.responses(held);
-    dictionary.scale.conservativeResize(column + 1);
-    dictionary.scale[column] = 1.0;
-    for (Suspect& suspect : dictionary.suspects) {
-      if (suspect.joint != joint || !catalogue()[suspect.kind]->roles.dry_friction) continue;
-      for (Atom& atom : suspect.atoms) {
-        atom.columns.push_back(static_cast<int>(column));
-        atom.holds = true;
-      }
-    }
-  }
-}
 
 bool better(const Finding& a, const Finding& b) { return a.log_evidence > b.log_evidence; }
 
@@ -91,6 +50,18 @@ Solved solve(const Small& gram, const SmallVector& rhs, const SmallVector& width
 
 }  // namespace
 
+/// Inner products of columns with a target and with one another, less what others can do (their part in an orthonormal
+/// basis of those, numbers x columns; none: empty).
+struct Screen::Products {
+  const Eigen::VectorXd& g;
+  const Eigen::MatrixXd& gram;
+  Eigen::MatrixXd others;
+
+  double operator()(int a, int b) const {
+    return others.size() == 0 ? gram(a, b) : gram(a, b) - others.col(a).dot(others.col(b));
+  }
+};
+
 struct Screen::Value {
   double log_evidence = -kInfinity;
   SmallVector coefficients;
@@ -99,13 +70,17 @@ struct Screen::Value {
 
 Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
                const ScreenOptions& options)
-    : dictionary_(dictionary), options_(options), g_(columns.transpose() * target) {
+    : dictionary_(dictionary),
+      columns_(columns),
+      options_(options),
+      squares_(target.squaredNorm()),
+      g_(columns.transpose() * target) {
   gram_ = lower_gram(columns);
   gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
 }
 
 /// Priors are as wide as their coefficients need, as those of fits are.
-Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
+Screen::Value Screen::value(const Products& products, std::span<const Atom* const> atoms) const {
   std::array<int, kSettings.search.most_columns> index{};
   std::array<bool, kSettings.search.most_columns> bounded{}, active{};
   int count = 0;
@@ -130,9 +105,9 @@ Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
     SmallVector rhs(size);
     for (int a = 0; a < size; ++a) {
       const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
-      rhs[a] = g_[ia];
+      rhs[a] = products.g[ia];
       for (int b = 0; b <= a; ++b) {
-        gram(a, b) = gram_(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
+        gram(a, b) = products(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
       }
     }
     SmallVector width = SmallVector::Ones(size);
@@ -174,25 +149,26 @@ Screen::Value Screen::value(std::span<const Atom* const> atoms) const {
   return result;
 }
 
-/// Best shapes of a set by coordinate ascent from `atoms`.
-Finding Screen::climb(std::vector<int> suspects, std::vector<int> atoms) const {
-  std::array<const Atom*, 3> chosen{};
+/// Best shapes of a set by coordinate ascent from `atoms`; the first `settled` of them stay.
+Finding Screen::climb(const Products& products, std::vector<int> suspects, std::vector<int> atoms,
+                      std::size_t settled) const {
+  std::array<const Atom*, kSettings.search.largest_set> chosen{};
   const std::size_t count = suspects.size();
   const auto suspect = [&](std::size_t i) -> const Suspect& {
     return dictionary_.suspects[static_cast<std::size_t>(suspects[i])];
   };
   for (std::size_t i = 0; i < count; ++i) chosen[i] = &suspect(i).atoms[static_cast<std::size_t>(atoms[i])];
   const std::span<const Atom* const> set(chosen.data(), count);
-  Value best = value(set);
+  Value best = value(products, set);
   for (int sweep = 0; sweep < 3; ++sweep) {
     bool moved = false;
-    for (std::size_t i = count; i-- > 0;) {
+    for (std::size_t i = count; i-- > settled;) {
       const std::vector<Atom>& list = suspect(i).atoms;
       if (list.size() == 1) continue;
       for (std::size_t a = 0; a < list.size(); ++a) {
         if (static_cast<int>(a) == atoms[i]) continue;
         chosen[i] = &list[a];
-        const Value tried = value(set);
+        const Value tried = value(products, set);
         if (tried.log_evidence > best.log_evidence) {
           best = tried;
           atoms[i] = static_cast<int>(a);
@@ -222,111 +198,44 @@ std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
   return list;
 }
 
-double effect_penalty(std::size_t possible) {
-  const double likely =
-      std::min(kSettings.search.most_likely,
-               kSettings.search.expected_effects / static_cast<double>(std::max<std::size_t>(1, possible)));
-  return std::log((1.0 - likely) / likely);
-}
-
-double Dictionary::penalty() const {
-  return effect_penalty(static_cast<std::size_t>(std::ranges::count_if(suspects, [&](const Suspect& suspect) {
-    return std::ranges::any_of(suspect.atoms, [&](const Atom& atom) {
-      return std::ranges::any_of(atom.columns, [&](int c) { return columns.col(c).squaredNorm() > 0.0; });
-    });
-  })));
-}
-
-Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
-                           const std::vector<std::size_t>& allowed) {
-  const std::vector<Measured>& data = forcing.data();
-  const int n = joints(forcing.plant());
-  Dictionary dictionary;
-  std::vector<Effect> members;
-  for (int joint = 0; joint < n; ++joint) {
-    const OperatingRange region = searched_range(data, forcing.paths(), joint);
-    for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
-      if (std::find(allowed.begin(), allowed.end(), kind) == allowed.end()) continue;
-      Suspect suspect{kind, joint, {}};
-      for (const EffectShape& shape : catalogue()[kind]->shapes(region)) {
-        Atom atom;
-        atom.sign = shape.sign;
-        atom.low = shape.low;
-        atom.high = shape.high;
-        for (const EffectForm& member : shape.members) {
-          atom.columns.push_back(static_cast<int>(members.size()));
-          members.push_back({member, joint, shape.recording});
-        }
-        atom.effect = [combined = shape.combined, recording = shape.recording, joint,
-                       own = shape.members.size()](std::span<const double> c) {
-          return Effect{combined(c.first(own)), joint, recording};
-        };
-        suspect.atoms.push_back(std::move(atom));
-      }
-      if (!suspect.atoms.empty()) dictionary.suspects.push_back(std::move(suspect));
+/// The effect that gains most is added to a set until none gains more than the screen may be wrong by, nor takes away
+/// much of what is left beyond the noise.
+Finding Screen::grown(const Products& products, Finding finding, const std::vector<Finding>& singles) const {
+  while (finding.suspects.size() < std::size_t{kSettings.search.largest_set}) {
+    Finding best;
+    best.log_evidence = -kInfinity;
+    for (const Finding& single : singles) {
+      const int i = single.suspects.front();
+      if (std::ranges::find(finding.suspects, i) != finding.suspects.end()) continue;
+      std::vector<int> suspects = finding.suspects, atoms = finding.atoms;
+      suspects.push_back(i);
+      atoms.push_back(single.atoms.front());
+      Finding tried = climb(products, std::move(suspects), std::move(atoms), finding.suspects.size());
+      if (better(tried, best)) best = std::move(tried);
     }
+    if (best.log_evidence == -kInfinity) break;
+    best = climb(products, best.suspects, best.atoms);
+    const double error = kSettings.search.screen_error * 0.5 * best.explained;
+    if (!(best.log_evidence > finding.log_evidence + error)) break;
+    const double noise = static_cast<double>(columns_.rows());
+    const auto left = [&](const Finding& f) {
+      return std::sqrt(std::max(0.0, (squares_ - f.explained) / noise - 1.0));
+    };
+    if (left(best) > std::max(kSettings.search.near, (1.0 - kSettings.search.worth_growing) * left(finding))) break;
+    finding = std::move(best);
   }
-
-  const auto count = static_cast<Eigen::Index>(members.size());
-  dictionary.columns.resize(response.rows(), count);
-  dictionary.scale.resize(count);
-  if (count == 0) return dictionary;  // none of the allowed effects can act in this machine
-  const double nominal = forcing.nominal_acceleration();
-  double total = 0.0;
-  for (const Measured& m : data) total += static_cast<double>(m.samples());
-  for (Eigen::Index from = 0; from < count; from += kBatch) {
-    const Eigen::Index size = std::min(kBatch, count - from);
-    std::vector<Eigen::MatrixXd> accelerations, positions;
-    Eigen::VectorXd squares = Eigen::VectorXd::Zero(size);
-    bool any_sensor = false;
-    for (std::size_t r = 0; r < data.size(); ++r) {
-      Eigen::MatrixXd& a = accelerations.emplace_back(data[r].position.size(), size);
-      Eigen::MatrixXd& p = positions.emplace_back(data[r].position.size(), size);
-      for (Eigen::Index i = 0; i < size; ++i) {
-        const Effect& member = members[static_cast<std::size_t>(from + i)];
-        if (channel(member.form) == "sensor") {
-          any_sensor = true;
-          p.col(i) = forcing.measured(member, r).transpose().reshaped();
-          a.col(i).setZero();
-        } else {
-          a.col(i) = forcing.acceleration(member, r).transpose().reshaped();
-          p.col(i).setZero();
-          squares[i] += a.col(i).squaredNorm();
-        }
-      }
-    }
-    dictionary.columns.middleCols(from, size) = response.responses(accelerations);
-    if (any_sensor) dictionary.columns.middleCols(from, size) += response.measured(positions);
-    for (Eigen::Index i = 0; i < size; ++i) {
-      const bool sensor = channel(members[static_cast<std::size_t>(from + i)].form) == "sensor";
-      const double rms = std::sqrt(squares[i] / total);
-      dictionary.scale[from + i] = sensor                 ? kSettings.search.sensor_prior
-                                   : rms > 1e-9 * nominal ? kSettings.motion.prior_share * nominal / rms
-                                                          : 0.0;
-      dictionary.columns.col(from + i) *= dictionary.scale[from + i];
-    }
-  }
-  add_what_is_held(dictionary, response, forcing);
-  // Shapes of which nothing can be seen in these recordings are no suspects.
-  const double visible = 1e-8 * std::max(1.0, dictionary.columns.colwise().norm().maxCoeff());
-  for (Suspect& suspect : dictionary.suspects) {
-    std::erase_if(suspect.atoms, [&](const Atom& atom) {
-      return std::all_of(atom.columns.begin(), atom.columns.end(),
-                         [&](int column) { return dictionary.columns.col(column).norm() < visible; });
-    });
-  }
-  std::erase_if(dictionary.suspects, [](const Suspect& suspect) { return suspect.atoms.empty(); });
-  return dictionary;
+  return finding;
 }
 
 std::vector<Finding> Screen::all() const {
   const int count = static_cast<int>(dictionary_.suspects.size());
+  const Products all{g_, gram_, {}};
   std::vector<Finding> singles, pairs, triples, list{Finding{}};
-  for (int i = 0; i < count; ++i) singles.push_back(climb({i}, {0}));
+  for (int i = 0; i < count; ++i) singles.push_back(climb(all, {i}, {0}));
   const auto shape = [&](int i) { return singles[static_cast<std::size_t>(i)].atoms[0]; };
   if (options_.largest >= 2) {
     for (int i = 0; i < count; ++i) {
-      for (int j = i + 1; j < count; ++j) pairs.push_back(climb({i, j}, {shape(i), shape(j)}));
+      for (int j = i + 1; j < count; ++j) pairs.push_back(climb(all, {i, j}, {shape(i), shape(j)}));
     }
     std::sort(pairs.begin(), pairs.end(), better);
   }
@@ -340,11 +249,16 @@ std::vector<Finding> Screen::all() const {
         std::vector<int> sorted{pair.suspects[0], pair.suspects[1], i};
         std::sort(sorted.begin(), sorted.end());
         if (!seen.insert(sorted).second) continue;
-        triples.push_back(climb({pair.suspects[0], pair.suspects[1], i}, {pair.atoms[0], pair.atoms[1], shape(i)}));
+        triples.push_back(
+            climb(all, {pair.suspects[0], pair.suspects[1], i}, {pair.atoms[0], pair.atoms[1], shape(i)}));
       }
     }
   }
   std::sort(triples.begin(), triples.end(), better);
+  for (std::size_t i = 0; i < std::min<std::size_t>(triples.size(), std::size_t{kSettings.search.grown}); ++i) {
+    Finding finding = grown(all, triples[i], singles);
+    if (finding.suspects.size() > triples[i].suspects.size()) list.push_back(std::move(finding));
+  }
   for (auto* sets : {&singles, &pairs, &triples}) {
     if (sets != &singles) sets->resize(std::min(sets->size(), static_cast<std::size_t>(options_.keep)));
     for (Finding& finding : *sets) {
@@ -355,7 +269,27 @@ std::vector<Finding> Screen::all() const {
   return list;
 }
 
+Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside) const {
+  Eigen::MatrixXd basis = beside;
+  if (basis.cols() > 0) {
+    for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
+    basis = PivotedQr(basis).basis();
+  }
+  const Eigen::VectorXd unexplained = residual - basis * (basis.transpose() * residual);
+  const Eigen::VectorXd g = columns_.transpose() * unexplained;
+  const Products left{g, gram_, basis.transpose() * columns_};
+  Additions result{{}, unexplained.squaredNorm()};
+  std::vector<Finding>& list = result.findings;
+  for (int i = 0; i < static_cast<int>(dictionary_.suspects.size()); ++i) {
+    Finding finding = climb(left, {i}, {0});
+    if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
+  }
+  std::sort(list.begin(), list.end(), better);
+  return result;
+}
+
 std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) const {
+  const Products all{g_, gram_, {}};
   const int count = static_cast<int>(dictionary_.suspects.size());
   std::vector<int> set;
   for (const Effect& effect : effects) {
@@ -367,8 +301,8 @@ std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) cons
   std::vector<Finding> list;
   const auto try_set = [&](std::vector<int> suspects) {
     std::vector<int> atoms;
-    for (const int i : suspects) atoms.push_back(climb({i}, {0}).atoms[0]);
-    Finding finding = climb(std::move(suspects), std::move(atoms));
+    for (const int i : suspects) atoms.push_back(climb(all, {i}, {0}).atoms[0]);
+    Finding finding = climb(all, std::move(suspects), std::move(atoms));
     if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
   };
   for (int i = 0; i < count; ++i) {
@@ -378,7 +312,7 @@ std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) cons
       swapped[out] = i;
       try_set(swapped);
     }
-    if (static_cast<int>(set.size()) < options_.largest) {
+    if (static_cast<int>(set.size()) < kSettings.search.largest_set) {
       std::vector<int> more = set;
       more.push_back(i);
       try_set(more);

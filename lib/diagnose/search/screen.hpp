@@ -1,50 +1,11 @@
 #pragma once
 
-#include <functional>
 #include <span>
 
-#include "diagnose/motion/forcing.hpp"
-#include "diagnose/motion/linear_response.hpp"
+#include "diagnose/search/dictionary.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
-
-/// One shape of an effect that enters the response linearly: its columns in a dictionary.
-struct Atom {
-  std::vector<int> columns;
-  bool holds = false;  // the last of them is not of the shape, but what dry friction holds at rest
-  int sign = 0;        // 1: coefficients cannot be negative
-  double low = -kInfinity, high = kInfinity;              // bounds of coefficients
-  std::function<Effect(std::span<const double>)> effect;  // from coefficients
-
-  /// Columns of the shape itself.
-  int members() const { return static_cast<int>(columns.size()) - (holds ? 1 : 0); }
-};
-
-/// One effect of the catalogue in one joint, and the shapes that it may have.
-struct Suspect {
-  std::size_t kind = 0;  // place in the catalogue
-  int joint = 0;
-  std::vector<Atom> atoms;
-};
-
-/// All that the catalogue can do along a motion. Columns are scaled by the standard deviation of their coefficient's
-/// prior: a torque of RMS 20 % of the nominal one.
-struct Dictionary {
-  std::vector<Suspect> suspects;
-  Eigen::MatrixXd columns;  // rows of the response x columns
-  Eigen::VectorXd scale;    // prior standard deviation of each coefficient
-
-  /// Nats against an effect before anything is seen: a machine has few, and all that can act share them.
-  double penalty() const;
-};
-
-/// Nats against each of so many effects that can act (prior odds; the multiplicity correction of Scott & Berger 2010).
-double effect_penalty(std::size_t possible);
-
-/// `allowed`: places in the catalogue.
-Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcing,
-                           const std::vector<std::size_t>& allowed);
 
 /// A set of suspects with the shapes that explain the target best.
 struct Finding {
@@ -55,6 +16,12 @@ struct Finding {
   double explained = 0.0;  // squares of the target that it explains
 
   std::vector<Effect> effects(const Dictionary& dictionary) const;
+};
+
+/// Single effects, best first, and the squares of the residual that others leave.
+struct Additions {
+  std::vector<Finding> findings;
+  double left = 0.0;
 };
 
 struct ScreenOptions {
@@ -71,20 +38,29 @@ class Screen {
   Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
          const ScreenOptions& options = {});
 
-  /// Every single effect, the best pairs and triples, and the empty set; best first.
+  /// Every single effect, the best pairs and triples, what the best of these grow to by one effect after another, and
+  /// the empty set; best first.
   std::vector<Finding> all() const;
+
+  /// What each suspect alone explains of a residual beside what `beside` (rows x numbers) can do.
+  Additions additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside) const;
 
   /// Sets that differ from a given one by one effect more or by one in the place of another; best first. `effects` that
   /// are no suspects are left out.
   std::vector<Finding> neighbours(const std::vector<Effect>& effects) const;
 
  private:
-  Finding climb(std::vector<int> suspects, std::vector<int> atoms) const;
+  struct Products;
   struct Value;
-  Value value(std::span<const Atom* const> atoms) const;
+  Finding climb(const Products& products, std::vector<int> suspects, std::vector<int> atoms,
+                std::size_t settled = 0) const;
+  Finding grown(const Products& products, Finding finding, const std::vector<Finding>& singles) const;
+  Value value(const Products& products, std::span<const Atom* const> atoms) const;
 
   const Dictionary& dictionary_;
+  const Eigen::MatrixXd& columns_;
   ScreenOptions options_;
+  double squares_;  // of the target
   Eigen::VectorXd g_;
   Eigen::MatrixXd gram_;
 };

@@ -145,7 +145,7 @@ std::vector<double> shares(const Explanation& explanation, const std::vector<Mea
     double left = kInfinity;
     try {
       const Candidate* known = explanation.find(others);
-      left = squares(known != nullptr ? known->fit : fit(problem, others));
+      left = squares(known != nullptr && !known->fit.glanced ? known->fit : fit(problem, others));
     } catch (const NumericalError&) {  // nothing runs without it
     }
     list.push_back(all > 0.0 ? std::clamp((left - least) / all, 0.0, 1.0) : 0.0);

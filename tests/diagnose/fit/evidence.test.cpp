@@ -184,8 +184,8 @@ TEST_CASE("The same model has the same SSE however it is asked for, and a refine
   const std::vector<Effect> truth{{CoulombFriction{0.2}, 0, -1}}, begun{{CoulombFriction{0.15}, 0, -1}};
   const Linearised about(kPendulum, {recorded(Machine(kPendulum, truth), {.noise = 1e-3, .position = 1.0})}, 1e-3);
   const Fit found = fit(about.problem, begun);
-  CHECK(sse_at(about.problem, found.effects, found.initial_states) == Approx(found.sse).epsilon(1e-9));
-  CHECK(sse_at(about.problem, begun, {}) > found.sse);
+  CHECK(begin(about.problem, found.effects, found.initial_states).sse == Approx(found.sse).epsilon(1e-9));
+  CHECK(begin(about.problem, begun, {}).sse > found.sse);
   const Fit again = refined(about.problem, found);
   CHECK(again.refined);
   CHECK(again.sse + prior_cost(again) <= found.sse + prior_cost(found));

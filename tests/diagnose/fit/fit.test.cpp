@@ -216,7 +216,7 @@ TEST_CASE("A window that begins far from where the machine was is found again", 
   const Fit& best = found.best().fit;
   std::vector<SegmentState> starts = best.initial_states;
   starts[2].head(2) += StateVector{{position, velocity}};
-  REQUIRE(sse_at(problem, best.effects, starts) > 100.0 * best.sse);
+  REQUIRE(begin(problem, best.effects, starts).sse > 100.0 * best.sse);
   CHECK(fit(problem, best.effects, starts).sse < best.sse + 1.0);
 }
 

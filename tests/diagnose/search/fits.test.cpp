@@ -111,6 +111,26 @@ TEST_CASE("Of the best all subsets and simpler laws are fitted, most probable fi
   }
 }
 
+TEST_CASE("What a set leaves without one of its effects is fitted, or known to be lost after one step",
+          "[diagnose][search]") {
+  const Effect strong{CoulombFriction{0.8}, 0};
+  Recorded recorded({strong, {CubicSpring{0.02}, 0}});
+  const Fit whole = *recorded.fits.add({strong, kHardening});
+  const Fit* spring = recorded.fits.part(whole, 0);
+  const Fit* friction = recorded.fits.part(whole, 1);
+  REQUIRE(spring != nullptr);
+  REQUIRE(friction != nullptr);
+  CHECK(key(spring->effects) == key({kHardening}));
+  CHECK(key(friction->effects) == key({strong}));
+  CHECK(leaves_little(whole));
+  CAPTURE(spring->sse, whole.sse);
+  CHECK(spring->glanced);
+  CHECK(spring->log_evidence < whole.log_evidence - 1e4);
+  CHECK_FALSE(friction->glanced);
+  CHECK(recorded.fits.part(whole, 0) == spring);  // once
+  CHECK(recorded.fits.tried({kHardening}));
+}
+
 TEST_CASE("A set that stopped short of what it contains begins there once more", "[diagnose][search]") {
   const Effect right{kCogging, 0}, wrong{CoggingTorque{0.5, 14.0, 0.0}, 0};
   Recorded recorded({right});

@@ -2,6 +2,7 @@
 
 #include "diagnose/search/screen.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>
@@ -324,6 +325,52 @@ TEST_CASE("Neighbours have one effect more or another in the place of one", "[di
   CHECK(sets_about(set({1})) ==
         std::set<std::set<int>>{{0}, {2}, {3}, {4}, {5}, {0, 1}, {1, 2}, {1, 3}, {1, 4}, {1, 5}});
   CHECK(sets_about(set({1, 3})).size() == 2 * 4 + 4);
-  CHECK(sets_about(set({1, 3, 5})).size() == 3 * 3);  // full: others can only replace
+  CHECK(sets_about(set({1, 3, 5})).size() == 3 * 3 + 3);
   CHECK(sets_about({{SensorScale{1.1}, 0}, {ViscousFriction{}, 1}}) == sets_about({}));  // no suspects
+}
+
+TEST_CASE("From three effects on a set grows as long as the target holds more", "[diagnose][search]") {
+  const Dictionary dictionary = random_dictionary(12, 3, true, 0, 31);
+  const auto hidden = static_cast<std::size_t>(GENERATE(range(4, 10)));
+  Eigen::VectorXd y = white_rows(32);
+  std::vector<int> planted;
+  for (std::size_t i = 0; i < hidden; ++i) {
+    y += 3.0 * dictionary.columns.col(dictionary.suspects[i].atoms[i % 3].columns[0]);
+    planted.push_back(static_cast<int>(i));
+  }
+  std::vector<Finding> found = Screen(dictionary, dictionary.columns, y, {.penalty = 3.0}).all();
+  CHECK(best_first(found));
+  std::ranges::sort(found.front().suspects);
+  const std::vector<int>& best = found.front().suspects;
+  CHECK(best.size() == std::min<std::size_t>(hidden, kSettings.search.largest_set));
+  CHECK(std::ranges::includes(planted, best));
+}
+
+TEST_CASE("What is added beside others is what a screen finds in the target and columns without these",
+          "[diagnose][search]") {
+  const Dictionary dictionary = random_dictionary(6, 3, true, 0, 41);
+  const Eigen::VectorXd y = planted(dictionary, 42);
+  const Screen screen(dictionary, dictionary.columns, y, {.penalty = 3.0});
+  for (const int numbers : {0, 1, 4}) {
+    INFO(numbers);
+    Eigen::MatrixXd beside = white_rows(43, kRows * numbers).reshaped(kRows, numbers);
+    if (numbers > 1) beside.col(1) *= 1e6;  // in whatever unit
+    const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(kRows, kRows) -
+                                 beside * testing::dense::solve(beside.transpose() * beside, beside.transpose());
+    Dictionary without = dictionary;
+    without.columns = left * dictionary.columns;
+    const Eigen::VectorXd residual = white_rows(44) + dictionary.columns.col(2);
+    const Screen plain(without, without.columns, left * residual, {.largest = 1, .penalty = 3.0});
+    std::vector<Finding> expected = plain.all();
+    std::erase_if(expected, [](const Finding& finding) { return finding.suspects.empty(); });
+    const auto [found, squares] = screen.additions(residual, beside);
+    CHECK(squares == Approx((left * residual).squaredNorm()));
+    REQUIRE(found.size() == expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      CHECK(found[i].suspects == expected[i].suspects);
+      CHECK(found[i].atoms == expected[i].atoms);
+      CHECK(found[i].log_evidence == Approx(expected[i].log_evidence).margin(1e-9));
+      CHECK((found[i].coefficients - expected[i].coefficients).norm() < 1e-9);
+    }
+  }
 }
