@@ -58,10 +58,14 @@ Impression impression(const Doubt& doubt, const Scene& scene) {
 double input_left(const std::vector<Effect>& effects, int joint, const std::vector<Measured>& data) {
   double before = 0.0, after = 0.0;
   for (const Measured& m : data) {
+    std::vector<double> held(effects.size(), 0.0);  // what comes out of each play
     for (double u : m.input.col(joint)) {
       before += u * u;
-      for (const Effect& effect : effects) {
-        if (effect.joint == joint && effect.form.roles().map) u = effect.form.transform(u);
+      for (std::size_t e = 0; e < effects.size(); ++e) {
+        const EffectForm& form = effects[e].form;
+        if (effects[e].joint != joint) continue;
+        if (form.roles().map) u = form.transform(u);
+        if (form.roles().play) u = held[e] = form.follow(u, held[e]);
       }
       after += u * u;
     }
@@ -141,7 +145,8 @@ std::vector<Impression> impressions(const std::vector<Doubt>& doubts, const Scen
 
 bool switches_input_off(const Fit& fit, const std::vector<Measured>& data) {
   return std::any_of(fit.effects.begin(), fit.effects.end(), [&](const Effect& effect) {
-    return effect.form.roles().map && input_left(fit.effects, effect.joint, data) < kSettings.doubt.input_off;
+    const EffectRoles& roles = effect.form.roles();
+    return (roles.map || roles.play) && input_left(fit.effects, effect.joint, data) < kSettings.doubt.input_off;
   });
 }
 

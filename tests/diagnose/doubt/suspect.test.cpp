@@ -178,6 +178,7 @@ TEST_CASE("Motion that has nothing to do with the input is no physics", "[doubt]
   const double speed = GENERATE(0.8, 2.5);
   const Diagnosis turns = diagnosed(
       pendulum, 0.0, {"input_column", each([&](Row& r) { r.q = speed * r.t + std::remainder(1e4 * r.q, 2e-3); })});
+  INFO((pendulum ? "pendulum" : "cart") << " at " << speed << ": " << turns.explanation.equation);
   CHECK(turns.verdict != Verdict::named);
   const Diagnosis swings = diagnosed(
       pendulum, 0.0,
