@@ -285,7 +285,8 @@ struct SearchSettings {
     field("nested", self.nested, {kPositive, "nats", "and what the best contains, within these"});
     field("convergence", self.convergence, {kPositive, "nats", "that a new start has to gain"});
     field("lost", self.lost,
-          {kPositive, "SSE of the best", "a set that leaves more about one motion is not fitted about the next"});
+          {kPositive, "SSE of the best",
+           "a set that leaves more is not fitted about the next motion, nor after one step from a set that holds it"});
   }
 };
 

@@ -43,6 +43,12 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& a) {
   return a.householderQr().householderQ() * Eigen::MatrixXd::Identity(a.rows(), a.cols());
 }
 
+Eigen::MatrixXd scaled_basis(Eigen::MatrixXd a) {
+  if (a.cols() == 0) return a;
+  for (Eigen::Index i = 0; i < a.cols(); ++i) a.col(i).normalize();
+  return PivotedQr(a).basis();
+}
+
 Eigen::MatrixXd orthonormal_complement(const Eigen::MatrixXd& a) {
   const Eigen::MatrixXd whole = a.householderQr().householderQ();
   return whole.rightCols(a.rows() - a.cols());

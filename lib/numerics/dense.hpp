@@ -52,6 +52,9 @@ class PivotedQr {
 /// Orthonormal columns that span those of `a` (rows x columns, rows >= columns).
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& a);
 
+/// Orthonormal columns that span those of `a`, whatever their units, of which there may be none (Q R with pivots).
+Eigen::MatrixXd scaled_basis(Eigen::MatrixXd a);
+
 /// Orthonormal columns that span what those of `a` do not (rows x (rows - columns)).
 Eigen::MatrixXd orthonormal_complement(const Eigen::MatrixXd& a);
 

@@ -233,14 +233,13 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
     if (current.sse <= usual || current.sse > kSettings.fit.recovered * before)
       break;  // else the starts have misled the rest
   }
-  const bool hopeless =
-      current.sse > kSettings.fit.hopeless * usual && current.sse > kSettings.fit.behind * problem.best;
+  const bool hopeless = !leaves_little(current) && current.sse > kSettings.fit.behind * problem.best;
   if (current.sse > usual && !hopeless) {
-    Eigen::MatrixXd jacobian = descend(
-        problem, current, true,
-        current.sse > kSettings.fit.hopeless * usual ? kSettings.fit.rough_iterations : kSettings.fit.exact_iterations);
+    Eigen::MatrixXd jacobian =
+        descend(problem, current, true,
+                leaves_little(current) ? kSettings.fit.exact_iterations : kSettings.fit.rough_iterations);
     if (recover(problem, current)) jacobian = descend(problem, current, true, kSettings.fit.exact_iterations);
-    current.refined = current.sse <= kSettings.fit.hopeless * usual;
+    current.refined = leaves_little(current);
     weigh(problem, current, jacobian);
     return current;
   }

@@ -197,9 +197,7 @@ Projected free_projected_out(const Linearisation& about, const Plant& plant, con
                              const std::vector<std::string>& free) {
   Projected result{about.dictionary.columns, about.response->target()};
   if (free.empty()) return result;
-  Eigen::MatrixXd basis = jacobian_of_free(*about.response, *about.forcing, plant, data, free);
-  for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
-  const Eigen::MatrixXd q = PivotedQr(basis).basis();
+  const Eigen::MatrixXd q = scaled_basis(jacobian_of_free(*about.response, *about.forcing, plant, data, free));
   result.columns -= (q * (q.transpose() * result.columns)).eval();
   result.target -= (q * (q.transpose() * result.target)).eval();
   return result;

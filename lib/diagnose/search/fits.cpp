@@ -9,8 +9,10 @@ namespace bayesctrl {
 
 namespace {
 
-/// Starts of windows for a set from those of another: the same is shown by other sensors.
-std::vector<SegmentState> as_shown(std::vector<SegmentState> starts, const Machine& from, const Machine& to) {
+/// Starts of windows for a set from those of a fit: the same is shown by other sensors.
+std::vector<SegmentState> starts_for(const std::vector<Effect>& effects, const Fit& fit) {
+  const Machine from(fit.plant, fit.effects), to(fit.plant, effects);
+  std::vector<SegmentState> starts = fit.initial_states;
   const Eigen::Index n = from.joints();
   const JointVector none = JointVector::Zero(n), one = JointVector::Ones(n);
   const JointVector scale = from.measured(one) - from.measured(none), other = to.measured(one) - to.measured(none);
@@ -92,8 +94,7 @@ bool Fits::is_lost(const Fit& fit) const {
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   if (leaves_little(of) && !effects.empty() && !redundant(effects) && allowed(effects)) {
     try {
-      Fit seen = glance(problem(), effects,
-                        as_shown(of.initial_states, Machine(of.plant, of.effects), Machine(of.plant, effects)));
+      Fit seen = glance(problem(), effects, starts_for(effects, of));
       if (is_lost(seen)) {
         const std::string name = key(effects);
         tried_.insert(name);
@@ -108,8 +109,7 @@ void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
 
 Fit Fits::bare(const Fit& of, std::size_t effect) const {
   const std::vector<Effect> others = without(of.effects, effect);
-  return begin(problem(), others,
-               as_shown(of.initial_states, Machine(of.plant, of.effects), Machine(of.plant, others)));
+  return begin(problem(), others, starts_for(others, of));
 }
 
 const Fit* Fits::part(const Fit& of, std::size_t effect) {
@@ -148,10 +148,7 @@ void Fits::refine() {
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
         if (list[k].sse > known - kSettings.search.convergence) continue;
         known = list[k].sse;
-        const Machine from(list[k].plant, list[k].effects);
-        for (const std::vector<Effect>& start : starts) {
-          again |= improve(start, as_shown(list[k].initial_states, from, Machine(list[k].plant, start)));
-        }
+        for (const std::vector<Effect>& start : starts) again |= improve(start, starts_for(start, list[k]));
       }
     }
   }

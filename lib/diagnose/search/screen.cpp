@@ -270,11 +270,7 @@ std::vector<Finding> Screen::all() const {
 }
 
 Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside) const {
-  Eigen::MatrixXd basis = beside;
-  if (basis.cols() > 0) {
-    for (Eigen::Index i = 0; i < basis.cols(); ++i) basis.col(i).normalize();
-    basis = PivotedQr(basis).basis();
-  }
+  const Eigen::MatrixXd basis = scaled_basis(beside);
   const Eigen::VectorXd unexplained = residual - basis * (basis.transpose() * residual);
   const Eigen::VectorXd g = columns_.transpose() * unexplained;
   const Products left{g, gram_, basis.transpose() * columns_};
