@@ -401,6 +401,7 @@ struct DoubtSettings {
   double other_size = 3.0;
   double other_unit = 10.0;
   double input_off = 1e-3;
+  double undone = 0.01;
   double matters = 0.05;
   double some_answer = 0.5;
   double edge = 0.02;
@@ -435,7 +436,10 @@ struct DoubtSettings {
     field("other_size", self.other_size, {kPositive, "", "an input stronger or weaker than that is no physics"});
     field("input_off", self.input_off,
           {kPositive, "", "of the input's squares: an explanation that leaves less is none"});
-    field("matters", self.matters, {kPositive, "", "of the accelerations, squares, what an input has to be good for"});
+    field("undone", self.undone,
+          {kPositive, "", "of the squares of a term of the model: an explanation that leaves less of it is none"});
+    field("matters", self.matters,
+          {kPositive, "", "of the accelerations, squares, what an input, or a term, has to be good for"});
     field("some_answer", self.some_answer,
           {kPositive, "", "of what no input leaves: one that explains more is answered, however regular it is"});
     field("edge", self.edge, {kPositive, "of its range", "from its end, where a parameter is not credible"});
@@ -451,6 +455,7 @@ struct VerdictSettings {
   double material = 0.1;
   double immaterial = 1e-2;
   double unseen = 1e-3;
+  double trace = 0.003;
   double never_acts = 0.1;
   int most_equivalents = 3;
   double listed = 0.01;
@@ -462,6 +467,9 @@ struct VerdictSettings {
   double held_out = 1.3;
   double held_out_share = 0.15;
   double unheld = 0.7;
+  double adequate = 3.0;
+  double little = 0.003;
+  double knows_better = 10.0;
   double imperfect = 2.0;
   int compared_sets = 15;
   int many_more = 2;
@@ -497,6 +505,8 @@ struct VerdictSettings {
           {kPositive, "of the refit nominal's error", "which a part of an explanation has to take away to be listed"});
     field("unseen", self.unseen,
           {kPositive, "likewise", "where the explanation with that part leaves no more than noise"});
+    field("trace", self.trace,
+          {kPositive, "of the error, squares", "without it: an effect of a smaller share is told as a trace"});
     field("never_acts", self.never_acts,
           {kPositive, "nats",
            "by which an effect changes the evidence at most, beside its penalty, that does nothing there"});
@@ -511,6 +521,10 @@ struct VerdictSettings {
     field("held_out_share", self.held_out_share,
           {kPositive, "of the refit nominal's error", "left there as well: it does not hold"});
     field("unheld", self.unheld, {kPositive, "probability", "of each of its effects then, at most"});
+    field("adequate", self.adequate, {kPositive, "noise, RMS", "left by an explanation that is one in any case"});
+    field("little", self.little, {kPositive, "of the motion, RMS", "left, likewise"});
+    field("knows_better", self.knows_better,
+          {kPositive, "", "by which another has to err less than a curve that knows no physics"});
     field("most_equivalents", self.most_equivalents,
           {kPositive, "", "names of one effect, the most probable: more would be none"});
     field("inseparable", self.inseparable,

@@ -123,7 +123,7 @@ std::string signal_line(const DataTable& table, const std::string& key, const st
   std::string list, reasons;
   for (const ColumnGuess& guess : guesses) {
     list += (list.empty() ? "" : ", ") + signal_text(guess);
-    reasons += (reasons.empty() ? "" : "; ") + guess.column + ": " + guess.reason + range_text(table, guess);
+    reasons += (reasons.empty() ? "" : "; ") + in_yaml(guess.column) + ": " + guess.reason + range_text(table, guess);
   }
   return "  # " + reasons + "\n  " + key + ": " + (guesses.size() == 1 ? list : "[" + list + "]") + "\n";
 }

@@ -1,6 +1,7 @@
 #include "io/text.hpp"
 
 #include <algorithm>
+#include <boost/locale/encoding_utf.hpp>
 
 namespace bayesctrl {
 
@@ -69,6 +70,18 @@ std::string as_utf8(std::string_view text) {
     }
   }
   return result;
+}
+
+bool is_utf16(std::string_view text) { return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"); }
+
+std::string from_utf16(std::string_view text) {
+  const std::size_t high = text.front() == '\xFE' ? 0 : 1;
+  std::u16string wide;
+  for (std::size_t i = 2; i + 1 < text.size(); i += 2) {
+    const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[i + k]); };
+    wide += static_cast<char16_t>(byte(high) << 8 | byte(1 - high));
+  }
+  return boost::locale::conv::utf_to_utf<char>(wide);
 }
 
 std::string shown(std::string_view text, std::size_t limit) {

@@ -17,6 +17,10 @@ std::size_t first_unreadable(std::string_view text);
 /// `text` if it is UTF-8, else what it is as Latin-1 (ISO 8859-1), in UTF-8. Control characters stay.
 std::string as_utf8(std::string_view text);
 
+/// Whether `text` begins with a mark of UTF-16; the same text in UTF-8. What is no pair of surrogates is left out.
+bool is_utf16(std::string_view text);
+std::string from_utf16(std::string_view text);
+
 /// `text` for use inside one line of a message: control characters as '?', cut after `limit` bytes.
 std::string shown(std::string_view text, std::size_t limit = 60);
 

@@ -143,7 +143,16 @@ void read_value(const Node& node, Model& model) {
   if (const Node::Entry* effects = node.find("effects")) {
     detail::require_list(effects->value, "effects");
     for (const Node& item : effects->value.items) {
-      model.effects.push_back(read_effect(item, joints(model.plant)));
+      const Effect effect = read_effect(item, joints(model.plant));
+      const bool lags = std::ranges::any_of(model.effects, [&](const Effect& other) {
+        return other.joint == effect.joint && other.form.roles().lag && effect.form.roles().lag;
+      });
+      if (lags) {
+        throw SpecError(item.where, "joint " + std::to_string(effect.joint + 1) +
+                                        " has a lag already: its input lags " +
+                                        "once, and two lags in a row are none of a longer time constant");
+      }
+      model.effects.push_back(effect);
       if (hidden_count(model.effects) > kMaxHidden) {
         throw SpecError(item.where, "effects have more than " + std::to_string(kMaxHidden) + " hidden states");
       }

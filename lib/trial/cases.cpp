@@ -9,6 +9,7 @@
 #include "physics/parameters.hpp"
 #include "trial/case_files.hpp"
 #include "trial/draws.hpp"
+#include "trial/nonsense.hpp"
 #include "trial/short_recording.hpp"
 #include "trial/side_by_side.hpp"
 
@@ -25,6 +26,9 @@ constexpr double kSeen = 5.0;                       // least size of each of sev
 constexpr double kOutside = 3.0;  // least distance, in noise, of an invention from what the best triple can fit, and of
                                   // the held-out recording from the nominal: where an invention does not act, no
                                   // model of it can be seen to be better
+
+constexpr std::array kRates{100.0, 100.0, 100.0, 200.0, 200.0, 200.0, 500.0, 500.0, 1000.0, 2000.0};  // Hz
+constexpr std::array kLengths{1.3, 2.0, 3.0, 5.0, 8.0, 12.0};  // s, of what is cut out of a recording
 
 /// What is the same for all recordings of a case.
 struct Scene {
@@ -82,7 +86,7 @@ bool all_show(const Hidden& machine, const Scene& scene) {
 
 Scene draw_scene(const TrialSpec& spec, const Plant& nominal, RandomStream& random) {
   Scene scene{nominal, {}, {}, random()};
-  scene.sampling.rate = draw_uniform(random, 0.0, 1.0) < 0.5 ? 100.0 : 200.0;
+  scene.sampling.rate = kRates[static_cast<std::size_t>(draw_uniform(random, 0.0, 0.999) * kRates.size())];
   scene.sampling.noise = log_uniform(random, spec.lowest_noise, spec.highest_noise);
   scene.sampling.jitter = draw_uniform(random, 0.0, 1.0) < 0.2;
   scene.sampling.gap = draw_uniform(random, 0.0, 1.0) < 0.15;
@@ -112,11 +116,25 @@ double error_beyond_noise(const Plant& nominal, const Measured& unseen, double n
   return std::sqrt(std::max(0.0, std::pow(runs.rms / noise, 2) - 1.0));
 }
 
+/// The first seconds of one recording, with nothing held out.
+void cut(Case& made, Recorded recorded, double seconds) {
+  const auto rows = static_cast<Eigen::Index>(std::ranges::lower_bound(recorded.time, recorded.time.front() + seconds) -
+                                              recorded.time.begin());
+  recorded.time.resize(static_cast<std::size_t>(rows));
+  recorded.position = recorded.position.topRows(rows).eval();
+  recorded.input = recorded.input.topRows(rows).eval();
+  made.files = {{"train1.csv", to_file(recorded)}};
+  made.spec["recordings"] = {"train1.csv"};
+  made.spec.erase("held_out");
+  made.truth["length"] = seconds;
+}
+
 /// How many effects of the catalogue a case hides: "many" are four to six in one joint, four to eight in an arm.
 std::size_t effects_in(const Order& order, int joints) {
   if (order.family == "single") return 1;
   if (order.family == "pair") return 2;
   if (order.family == "triple") return 3;
+  if (order.family == "cut") return static_cast<std::size_t>(order.variant) / kLengths.size() % 3;
   if (order.family == "many") return 4 + static_cast<std::size_t>(order.variant) / 5 % (joints == 1 ? 3 : 5);
   return 0;
 }
@@ -140,6 +158,8 @@ std::vector<Order> orders(const TrialSpec& spec) {
   add("outside", spec.outside);
   add("nothing", spec.nothing);
   add("short", spec.short_recordings);
+  add("cut", spec.cut);
+  add("nonsense", spec.nonsense);
   if (spec.pysindy_cases) add("pysindy", 4 * 5 * std::max(1, spec.per_effect));
   return list;
 }
@@ -147,6 +167,7 @@ std::vector<Order> orders(const TrialSpec& spec) {
 Case make_case(const TrialSpec& spec, const Order& order) {
   if (order.family == "pysindy") return pysindy_case(spec, order);
   if (order.family == "short") return short_case(spec, order);
+  if (order.family == "nonsense") return nonsense_case(spec, order);
   RandomStream random = random_stream(spec.seed, order.name);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     // Plants take turns; where an effect cannot show itself, or not at the size that was drawn, the next plant does.
@@ -200,7 +221,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
       return true;
     };
 
-    if (const std::size_t count = effects_in(order, n); count > 0) {
+    if (const std::size_t count = effects_in(order, n); count > 0 || order.family == "cut") {
       std::set<std::pair<std::size_t, int>> used;
       while (good && machine.effects.size() < count) {
         const std::size_t kind =
@@ -209,6 +230,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
                 : order.kinds[0];
         const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
         if (!used.insert({kind, joint}).second) continue;
+        if (order.family == "cut" && catalogue()[kind]->roles.timed) continue;
         good = add_effect(kind, joint, log_uniform(random, count == 1 ? kSmallest : kSeen, kLargest)) &&
                can_be_told_apart(machine.effects, nominal);
       }
@@ -264,6 +286,9 @@ Case make_case(const TrialSpec& spec, const Order& order) {
     for (int r = 0; r <= kRecordings; ++r) {
       const std::string file = r < kRecordings ? "train" + std::to_string(r + 1) + ".csv" : "test1.csv";
       result.files.emplace_back(file, to_file(recorded[static_cast<std::size_t>(r)]));
+    }
+    if (order.family == "cut") {
+      cut(result, recorded[0], kLengths[static_cast<std::size_t>(order.variant) % kLengths.size()]);
     }
     return result;
   }

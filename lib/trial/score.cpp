@@ -218,6 +218,49 @@ void judge_place(Scored& s, const ordered_json& effects, const Diagnosis& d) {
   }
 }
 
+/// A table of one family, with a row for each value of what its cases differ in; nothing where there are none.
+std::string by_detail(const std::vector<Scored>& cases, std::string_view family, const std::string& key,
+                      const std::string& title) {
+  std::map<ordered_json, Count> rows;
+  for (const Scored& s : cases) {
+    if (s.family == family) rows[s.detail[key]].add(s);
+  }
+  std::string text;
+  for (const auto& [value, counted] : rows) {
+    text += row(value.is_string() ? value.get<std::string>() : format(value.get<double>(), 3), counted);
+  }
+  return text.empty() ? "" : "\n## " + title + "\n\n" + kHead + text;
+}
+
+/// What is stated of recordings of which only the beginning is known.
+std::string by_length(const std::vector<Scored>& cases) {
+  struct Stated {
+    int cases = 0, hidden = 0, sets = 0, right = 0, effects = 0, true_effects = 0;
+  };
+  std::map<double, Stated> rows;
+  for (const Scored& s : cases) {
+    if (s.family != "cut") continue;
+    Stated& at = rows[s.detail["length"].get<double>()];
+    ++at.cases;
+    at.hidden += s.effects;
+    at.sets += states(s);
+    at.right += states(s) && !s.wrong;
+    at.effects += s.certain;
+    at.true_effects += s.certain_right;
+  }
+  if (rows.empty()) return "";
+  std::string text =
+      "\n## What is stated with 0.9 or more, by the length of the only recording\n\n| s | cases | hidden effects | "
+      "sets "
+      "| right | effects | right |\n|---:|---:|---:|---:|---:|---:|---:|\n";
+  for (const auto& [length, at] : rows) {
+    text += "| " + format(length, 2) + " | " + std::to_string(at.cases) + " | " + std::to_string(at.hidden) + " | " +
+            std::to_string(at.sets) + " | " + percent(at.right, at.sets) + " | " + std::to_string(at.effects) + " | " +
+            percent(at.true_effects, at.effects) + " |\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 Scored score(const std::string& name, const ordered_json& truth, const Diagnosis& d) {
@@ -240,6 +283,8 @@ Scored score(const std::string& name, const ordered_json& truth, const Diagnosis
   s.refit = over_noise(errors.refit);
   s.after = over_noise(errors.after);
   if (s.family == "short") s.detail = {{"level", truth["level"]}};
+  if (s.family == "cut") s.detail = {{"length", truth["length"]}};
+  if (s.family == "nonsense") s.detail = {{"motion", truth["motion"]}};
   judge_place(s, truth["effects"], d);
   if (s.family == "outside") {
     s.channel = false;
@@ -278,14 +323,10 @@ std::string tables(const std::vector<Scored>& cases) {
   for (const char* family : {"pair", "triple", "many", "nothing"}) {
     text += row(family, count(cases, [&](const Scored& s) { return s.family == family; }));
   }
-  if (std::any_of(cases.begin(), cases.end(), [](const Scored& s) { return s.family == "short"; })) {
-    text += "\n## One recording of 10 s without an input, by noise over the motion\n\n" + std::string(kHead);
-    for (const double level : {0.0, 0.01, 0.05}) {
-      text += row(format(100.0 * level, 2) + " %", count(cases, [&](const Scored& s) {
-                    return s.family == "short" && s.detail["level"].get<double>() == level;
-                  }));
-    }
-  }
+  text += by_detail(cases, "short", "level", "One recording of 10 s without an input, by noise over the motion");
+  text += by_detail(cases, "nonsense", "motion",
+                    "Motion that has nothing to do with the input: whatever is named there is wrong");
+  text += by_length(cases);
   text +=
       "\n## Effects outside the catalogue, which the held-out recordings show\n\n| | cases | detected | declined | "
       "wrong name | leading cause right | "
@@ -343,7 +384,7 @@ std::string tables(const std::vector<Scored>& cases) {
   text +=
       "\n## What is stated with 0.9 or more, by family\n\n| | sets | right | effects | right "
       "|\n|---|---:|---:|---:|---:|\n";
-  for (const char* family : {"single", "pair", "triple", "many", "short", "outside", "nothing"}) {
+  for (const char* family : {"single", "pair", "triple", "many", "short", "cut", "outside", "nothing", "nonsense"}) {
     int sets = 0, right = 0, effects = 0, hidden = 0;
     for (const Scored& s : cases) {
       if (s.family != family) continue;
@@ -405,46 +446,50 @@ ordered_json summary(const std::vector<Scored>& cases) {
   double total_seconds = 0.0;
   for (const double x : seconds) total_seconds += x;
   const auto calm = [](const Scored& s) { return s.family == "outside" && s.noise <= 1e-3; };
-  return {{"cases", cases.size()},
-          {"false alarms", share(family("nothing"), detected)},
-          {"size >= 5: detected", share(single(5.0, 1e9), detected)},
-          {"size >= 5: named", share(single(5.0, 1e9), named)},
-          {"size 2 to 5: detected", share(single(0.0, 5.0), detected)},
-          {"size 2 to 5: named", share(single(0.0, 5.0), named)},
-          {"pairs named", share(family("pair"), named)},
-          {"triples named", share(family("triple"), named)},
-          {"many: hidden effects that are listed with inclusion >= 0.9", ratio(many_right, many_hidden)},
-          {"many: effects listed with inclusion >= 0.9 that are false", ratio(many_said - many_right, many_said)},
-          {"outside: detected", share(family("outside"), detected)},
-          {"outside: declined at noise <= 1e-3", share(calm, [](const Scored& s) { return s.declined; })},
-          {"outside: confident wrong name", share(family("outside"), [](const Scored& s) { return s.confident; })},
-          {"outside: leading cause right", share(family("outside"), [](const Scored& s) { return s.cause; })},
-          {"outside: held-out error at least halved",
-           share(family("outside"), [](const Scored& s) { return s.after <= 0.5 * s.refit; })},
-          {"outside: the same beyond the noise", share(family("outside"),
-                                                       [](const Scored& s) {
-                                                         const auto beyond = [](double x) {
-                                                           return std::max(0.0, x * x - 1.0);
-                                                         };
-                                                         return beyond(s.after) <= 0.25 * beyond(s.refit);
-                                                       })},
-          {"outside: held-out after / refit, median", quantile(left_outside, 0.5)},
-          {"explanations of probability >= 0.9 that are right",
-           share([&](const Scored& s) { return known(s) && states(s); }, [](const Scored& s) { return !s.wrong; })},
-          {"short: named", share(family("short"), named)},
-          {"short: names of probability >= 0.9 that are right",
-           share([](const Scored& s) { return s.family == "short" && states(s); },
-                 [](const Scored& s) { return !s.wrong; })},
-          {"channel right, named cases", share(good, [](const Scored& s) { return s.channel; })},
-          {"joint right, named cases", share(good, [](const Scored& s) { return s.joint; })},
-          {"torque_step interval within 0.3 s", share([&](const Scored& s) { return good(s) && s.step_error >= 0.0; },
-                                                      [](const Scored& s) { return s.step_error <= 0.3; })},
-          {"95 % intervals that hold the truth",
-           parameters > 0.0 ? ordered_json(covered / parameters) : ordered_json(nullptr)},
-          {"held-out after / noise, median", quantile(after, 0.5)},
-          {"held-out after / noise, 95 %", quantile(after, 0.95)},
-          {"processor seconds, mean", total_seconds / std::max<double>(1.0, static_cast<double>(seconds.size()))},
-          {"processor seconds, most", quantile(seconds, 1.0)}};
+  return {
+      {"cases", cases.size()},
+      {"false alarms", share(family("nothing"), detected)},
+      {"size >= 5: detected", share(single(5.0, 1e9), detected)},
+      {"size >= 5: named", share(single(5.0, 1e9), named)},
+      {"size 2 to 5: detected", share(single(0.0, 5.0), detected)},
+      {"size 2 to 5: named", share(single(0.0, 5.0), named)},
+      {"pairs named", share(family("pair"), named)},
+      {"triples named", share(family("triple"), named)},
+      {"many: hidden effects that are listed with inclusion >= 0.9", ratio(many_right, many_hidden)},
+      {"many: effects listed with inclusion >= 0.9 that are false", ratio(many_said - many_right, many_said)},
+      {"outside: detected", share(family("outside"), detected)},
+      {"outside: declined at noise <= 1e-3", share(calm, [](const Scored& s) { return s.declined; })},
+      {"outside: confident wrong name", share(family("outside"), [](const Scored& s) { return s.confident; })},
+      {"outside: leading cause right", share(family("outside"), [](const Scored& s) { return s.cause; })},
+      {"outside: held-out error at least halved",
+       share(family("outside"), [](const Scored& s) { return s.after <= 0.5 * s.refit; })},
+      {"outside: the same beyond the noise", share(family("outside"),
+                                                   [](const Scored& s) {
+                                                     const auto beyond = [](double x) {
+                                                       return std::max(0.0, x * x - 1.0);
+                                                     };
+                                                     return beyond(s.after) <= 0.25 * beyond(s.refit);
+                                                   })},
+      {"outside: held-out after / refit, median", quantile(left_outside, 0.5)},
+      {"explanations of probability >= 0.9 that are right",
+       share([&](const Scored& s) { return known(s) && states(s); }, [](const Scored& s) { return !s.wrong; })},
+      {"short: named", share(family("short"), named)},
+      {"short: names of probability >= 0.9 that are right",
+       share([](const Scored& s) { return s.family == "short" && states(s); },
+             [](const Scored& s) { return !s.wrong; })},
+      {"cut: names of probability >= 0.9 that are right",
+       share([](const Scored& s) { return s.family == "cut" && states(s); }, [](const Scored& s) { return !s.wrong; })},
+      {"nonsense: named", share(family("nonsense"), [](const Scored& s) { return s.confident; })},
+      {"channel right, named cases", share(good, [](const Scored& s) { return s.channel; })},
+      {"joint right, named cases", share(good, [](const Scored& s) { return s.joint; })},
+      {"torque_step interval within 0.3 s", share([&](const Scored& s) { return good(s) && s.step_error >= 0.0; },
+                                                  [](const Scored& s) { return s.step_error <= 0.3; })},
+      {"95 % intervals that hold the truth",
+       parameters > 0.0 ? ordered_json(covered / parameters) : ordered_json(nullptr)},
+      {"held-out after / noise, median", quantile(after, 0.5)},
+      {"held-out after / noise, 95 %", quantile(after, 0.95)},
+      {"processor seconds, mean", total_seconds / std::max<double>(1.0, static_cast<double>(seconds.size()))},
+      {"processor seconds, most", quantile(seconds, 1.0)}};
 }
 
 }  // namespace bayesctrl::trial

@@ -23,6 +23,8 @@ struct TrialSpec {
   int outside = 60;
   int nothing = 150;
   int short_recordings = 0;
+  int cut = 0;
+  int nonsense = 0;
   double lowest_noise = 1e-4;
   double highest_noise = 5e-3;
   bool pysindy_cases = true;
@@ -39,6 +41,10 @@ struct TrialSpec {
     field("nothing", self.nothing, {between(0, 100000), "", "cases in which nothing is missing"});
     field("short", self.short_recordings,
           {between(0, 100000), "", "cases with one recording of 10 s without an input, some of them noisy"});
+    field("cut", self.cut,
+          {between(0, 100000), "", "cases with the first seconds of one recording, 1.3 to 12, and up to two effects"});
+    field("nonsense", self.nonsense,
+          {between(0, 100000), "", "cases in which the motion has nothing to do with the input, or with a machine"});
     field("lowest_noise", self.lowest_noise, {kPositive, "rad or m", "of the sensor"});
     field("highest_noise", self.highest_noise, {kPositive, "rad or m", "of the sensor"});
     field("pysindy_cases", self.pysindy_cases, {.text = "the side-by-side cases of docs/diagnosis.md as well"});

@@ -7,6 +7,7 @@
 #include "inspect/columns.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
+#include "io/text.hpp"
 #include "support/studies.hpp"
 
 using namespace bayesctrl;
@@ -146,6 +147,39 @@ TEST_CASE("The starter of a diagnosis reads its recordings as they are", "[inspe
   CHECK(test.samples() == 10);
   CHECK(train.time[1] == Approx(0.01));
   CHECK(train.position(10, 0) == Approx(3.14159265 / 180.0));
+}
+
+TEST_CASE("Whatever bytes name the columns, the starter's spec finds them", "[inspect]") {
+  const Folder folder;
+  for (const std::string odd :
+       {"\x1b[1m", "\a",   "\xb0", "\xe9\xe8", "#",        ": ",           "'", "\\", "- ",   "\xf0\x9f\xa4\x96",
+        "{",       "\x7f", "%",    "~",        "\xc2\x85", "\xe2\x80\xa8", "@",  "!", "&",  "null "}) {
+    CAPTURE(odd);
+    const std::string header = "t," + odd + " position," + odd + " torque";
+    write_file(folder.path() / "odd.csv", csv(header));
+    write_file(folder.path() / "spec.yaml",
+               diagnosis_starter({folder.path() / "odd.csv"}, "", folder.path(),
+                                 {.time = "t", .position = {as_utf8(odd + " position")}, .input = {as_utf8(odd + " torque")}}));
+    const DiagnosisSpec spec = read_diagnosis_spec(folder.path() / "spec.yaml");
+    CHECK(read_recording(spec.recordings[0], spec.signals).samples() == 20);
+  }
+}
+
+TEST_CASE("A recording in UTF-16 is read as the same in UTF-8", "[inspect]") {
+  const Folder folder;
+  const bool high_first = GENERATE(true, false);
+  const std::u16string text = u"t,\u00e4ngle \u03c6 \U0001F916 position,torque\r\n";
+  std::u16string rows;
+  for (const char c : csv("x,y,z").substr(6)) rows += static_cast<char16_t>(c);
+  std::string bytes = high_first ? "\xFE\xFF" : "\xFF\xFE";
+  for (const char16_t unit : text + rows) {
+    const char high = static_cast<char>(unit >> 8), low = static_cast<char>(unit & 0xff);
+    bytes += high_first ? std::string{high, low} : std::string{low, high};
+  }
+  write_file(folder.path() / "wide.csv", bytes);
+  const DiagnosisSpec spec = starter(folder, {folder.path() / "wide.csv"});
+  CHECK(spec.signals.position.at(0).column == "\u00e4ngle \u03c6 \U0001F916 position");
+  CHECK(read_recording(spec.recordings[0], spec.signals).samples() == 20);
 }
 
 TEST_CASE("The starter of a diagnosis says which columns it leaves out", "[inspect]") {

@@ -18,7 +18,7 @@ Diagnosis said(int joints, const std::string& name, int joint) {
   d.mismatch.channel = Channel::drift;
   d.mismatch.joint = joint;
   d.explanation = {{{name, joint, {{{"level", {0.31, 0.01, "N m"}}}}, {}, ""}}, "", 0.95};
-  d.fit.held_out = {0.1, 0.05, 0.002, {}};
+  d.fit.held_out = {0.1, 0.05, 0.002, {}, {}};
   return d;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/format.hpp"
+#include "diagnose/doubt/cancelled.hpp"
 #include "diagnose/settings.hpp"
 #include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
@@ -151,7 +152,7 @@ bool switches_input_off(const Fit& fit, const std::vector<Measured>& data) {
 }
 
 bool implausible(const Fit& fit, const std::vector<Measured>& data) {
-  if (switches_input_off(fit, data)) return true;
+  if (switches_input_off(fit, data) || cancelled(fit, data)) return true;
   for (const Effect& effect : fit.effects) {
     const EffectRoles& roles = effect.form.roles();
     if (const auto* gain = effect.form.get_if<InputGain>();
@@ -192,6 +193,21 @@ std::optional<Suspicion> no_answer(const Subject& subject, const Scene& scene, d
                    seen->error,
                    odds,
                    {}};
+}
+
+/// That physics undoes what the model holds.
+std::optional<Suspicion> undone(const Subject& subject, const Scene& scene, double nominal, const Looked& given) {
+  const Fit& best = given.explanation.best().fit;
+  const std::optional<Cancelled> term = cancelled(best, scene.data);
+  if (!term) return std::nullopt;
+  const std::string where = subject.of_joint(term->joint);
+  Suspicion suspicion{"cancelled_term", "", if_finite(nominal), given.error, 0.0, {}};
+  suspicion.sentence =
+      "What explains the recordings undoes a part of the model, " +
+      (term->of_speed ? "what depends on the velocity" + where + ": does the machine have that friction?"
+                      : "the torque" + where + " at rest: is gravity, or a spring, that the model has in the machine?");
+  for (const Effect& effect : best.effects) suspicion.effects.push_back(label(effect, subject.joints()));
+  return suspicion;
 }
 
 }  // namespace
@@ -259,6 +275,12 @@ Suspected suspect(const Subject& subject, const Scene& scene, double nominal, co
   if (!known && (off || (poor && unanswered))) {
     if (std::optional<Suspicion> none = no_answer(subject, scene, nominal, *given, look)) {
       found.push_back({std::move(*none), -kInfinity, true});
+    }
+  }
+  const bool answered = std::any_of(found.begin(), found.end(), [](const Found& f) { return f.decisive; });
+  if (given && !answered) {
+    if (std::optional<Suspicion> one = undone(subject, scene, nominal, *given)) {
+      found.push_back({std::move(*one), before.nats, true});
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {

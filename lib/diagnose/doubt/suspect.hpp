@@ -51,8 +51,8 @@ struct Suspected {
   bool decisive = false;              // the first explains far better than physics does
 };
 
-/// Whether an explanation is one that no machine would give: it switches the input off, or makes it or a sensor's
-/// reading of another size altogether.
+/// Whether an explanation is one that no machine would give: it switches the input off, makes it or a sensor's reading
+/// of another size altogether, or undoes a term of the plant.
 bool implausible(const Fit& fit, const std::vector<Measured>& data);
 
 /// The same of a scene, from a part of its samples.

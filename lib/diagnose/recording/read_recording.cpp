@@ -118,9 +118,7 @@ std::vector<double> values_of(const DataTable& table, const Signal& signal, cons
 
 DataTable parse_data_csv(std::string_view text, const std::string& file) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
-    throw DataError({file}, "is text in UTF-16: save it as UTF-8, or as plain CSV");
-  }
+  if (is_utf16(text)) return parse_data_csv(from_utf16(text), file);
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(nul), '\n');
     throw DataError({file, static_cast<int>(line)},

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/format.hpp"
 #include "diagnose/doubt/suspect.hpp"
+#include "diagnose/fit/autoregression.hpp"
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
@@ -253,6 +254,7 @@ FitErrors compare(const Models& models, const Search& search, const std::vector<
   errors.refit = search.options.free.empty() ? before.rms : run(models.refit).rms;
   errors.after = after.rms;
   if (models.with_remainder) errors.after_with_remainder = run(*models.with_remainder).rms;
+  errors.without_physics = autoregression_error(search.data, recordings, search.spec.horizon);
   add_runs(runs, held_out ? "held_out" : "train", recordings, before, after, units);
   return errors;
 }
@@ -432,8 +434,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   if (!held_out.empty()) {
     stage(94, "simulating held-out recordings");
     diagnosis.fit.held_out = compare(models, found, compared(held_out), true, diagnosis.units, result.runs);
-    hold_to_account(diagnosis);
   }
+  hold_to_account(diagnosis, motion_rms(data));
   result.missing_torque = torque_table(data, found.smoothed, diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit);
 }

@@ -165,13 +165,15 @@ struct Alternative {
 
 /// RMS errors of free runs.
 struct FitErrors {
-  std::optional<double> before, refit, after, after_with_remainder;
+  std::optional<double> before, refit, after, after_with_remainder, without_physics;
 
   static void fields(auto& self, auto&& field) {
     field("before", self.before, detail::told("of the nominal as given"));
     field("refit", self.refit, detail::told("with its free parameters re-estimated"));
     field("after", self.after, detail::told("of the corrected model"));
     field("after_with_remainder", self.after_with_remainder, {.text = "where `after` leaves the remainder out"});
+    field("without_physics", self.without_physics,
+          {.text = "of what an autoregression of the positions alone predicts, or their mean"});
   }
 };
 

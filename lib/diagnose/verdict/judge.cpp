@@ -38,6 +38,29 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
   if (declined) judgement.whole = found.whole;
 }
 
+std::string amount(double error, const FitFigures& fit) { return format(error, 3) + " " + fit.unit; }
+
+/// Why held-out recordings contradict what explains the others; empty where they do not.
+std::string refutation(const FitFigures& fit) {
+  const FitErrors& errors = fit.held_out;
+  if (!errors.after || *errors.after < kSettings.verdict.held_out * fit.noise_floor) return "";
+  const double share =
+      beyond_noise(*errors.after, fit.noise_floor) / std::max(beyond_noise(*errors.refit, fit.noise_floor), 1e-300);
+  if (share < kSettings.verdict.held_out_share) return "";
+  return "held-out recordings contradict what explains the others: there it errs by " + amount(*errors.after, fit) +
+         ", the model without it by " + amount(*errors.refit, fit);
+}
+
+/// Why what explains the recordings says hardly more of them than no physics does; empty where it does.
+std::string triviality(const FitFigures& fit, double motion) {
+  const FitErrors& errors = fit.held_out.after ? fit.held_out : fit.train;
+  const double enough = std::max(kSettings.verdict.adequate * fit.noise_floor, kSettings.verdict.little * motion);
+  if (*errors.after < enough || *errors.after * kSettings.verdict.knows_better < *errors.without_physics) return "";
+  return "what explains the recordings is no better than a curve that knows no physics: it errs by " +
+         amount(*errors.after, fit) + ", " + format(*errors.after / fit.noise_floor, 2) +
+         " times the noise, an autoregression of the positions alone by " + amount(*errors.without_physics, fit);
+}
+
 }  // namespace
 
 Missing missing_torque(const Search& search) {
@@ -64,17 +87,12 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   return result;
 }
 
-void hold_to_account(Diagnosis& diagnosis) {
+void hold_to_account(Diagnosis& diagnosis, double motion) {
   if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
-  const FitErrors& errors = diagnosis.fit.held_out;
-  const double noise = diagnosis.fit.noise_floor;
-  if (!errors.after || *errors.after < kSettings.verdict.held_out * noise) return;
-  const double share = beyond_noise(*errors.after, noise) / std::max(beyond_noise(*errors.refit, noise), 1e-300);
-  if (share < kSettings.verdict.held_out_share) return;
+  diagnosis.reason = refutation(diagnosis.fit);
+  if (diagnosis.reason.empty()) diagnosis.reason = triviality(diagnosis.fit, motion);
+  if (diagnosis.reason.empty()) return;
   diagnosis.verdict = Verdict::unknown;
-  const auto amount = [&](double error) { return format(error, 3) + " " + diagnosis.fit.unit; };
-  diagnosis.reason = "held-out recordings contradict what explains the others: there it errs by " +
-                     amount(*errors.after) + ", the model without it by " + amount(*errors.refit);
   const auto doubt = [](double& p) { p = std::min(p, kSettings.verdict.unheld); };
   for (ExplainedEffect& effect : diagnosis.explanation.effects) doubt(*effect.inclusion);
   for (auto& [name, p] : diagnosis.inclusion.items) doubt(p);

@@ -1,6 +1,7 @@
 #include "diagnose/verdict/sentence.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "base/format.hpp"
 #include "diagnose/settings.hpp"
@@ -42,12 +43,16 @@ std::string in_words(const Diagnosis& d, const ExplainedEffect& effect, bool wit
   return in_brackets.empty() ? text : text + " (" + in_brackets + ")";
 }
 
-/// Those that are `certain`, or those that are not.
-std::string in_words(const Diagnosis& d, bool certain, bool with_share) {
+bool is_certain(const ExplainedEffect& effect) { return effect.inclusion.value_or(0.0) >= kSettings.verdict.confident; }
+
+/// Whether an effect is there, but hardly matters.
+bool is_trace(const ExplainedEffect& effect) { return effect.share && *effect.share < kSettings.verdict.trace; }
+
+/// Those of them that are wanted.
+std::string in_words(const Diagnosis& d, const std::function<bool(const ExplainedEffect&)>& wanted, bool with_share) {
   std::vector<std::string> list;
   for (const ExplainedEffect& effect : d.explanation.effects) {
-    if ((effect.inclusion.value_or(0.0) >= kSettings.verdict.confident) != certain) continue;
-    list.push_back(in_words(d, effect, with_share));
+    if (wanted(effect)) list.push_back(in_words(d, effect, with_share));
   }
   std::string text;
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -77,7 +82,7 @@ std::string depends(const CauseShares& on) {
 
 /// What is certain, what else there is, and what may be part of it.
 std::string unexplained(const Diagnosis& d) {
-  const std::string certain = in_words(d, true, true), perhaps = in_words(d, false, false);
+  const std::string certain = in_words(d, is_certain, true), perhaps = in_words(d, std::not_fn(is_certain), false);
   std::string on = depends(certain.empty() || !d.remainder ? d.mismatch.depends_on : d.remainder->depends_on);
   if (!on.empty()) on = certain.empty() ? "; it " + on : ", which " + on;
   std::string text = certain.empty() ? "Something is missing that no known effect explains"
@@ -90,7 +95,11 @@ std::string unexplained(const Diagnosis& d) {
 std::string lacking(const Diagnosis& d) {
   const std::vector<ExplainedEffect>& effects = d.explanation.effects;
   const std::string text = effects.size() == 1 ? effects.front().text : "";
-  return "The model lacks " + in_words(d, true, false) + (text.empty() ? "" : ": " + text) + "." + gain(d);
+  const bool only_traces = std::ranges::all_of(effects, is_trace);
+  const auto main = [&](const ExplainedEffect& e) { return is_certain(e) && (only_traces || !is_trace(e)); };
+  const std::string traces = only_traces ? "" : in_words(d, is_trace, false);
+  return "The model lacks " + in_words(d, main, false) + (text.empty() ? "" : ": " + text) + "." +
+         (traces.empty() ? "" : " There are traces of " + traces + ".") + gain(d);
 }
 
 }  // namespace
@@ -101,7 +110,7 @@ std::string sentence(const Diagnosis& d) {
     case Verdict::named:
       return lacking(d) + " Probability " + sure + ".";
     case Verdict::ambiguous: {
-      const std::string certain = in_words(d, true, false), rest = in_words(d, false, false);
+      const std::string certain = in_words(d, is_certain, false), rest = in_words(d, std::not_fn(is_certain), false);
       return "Something is missing, most probably " + certain + (certain.empty() || rest.empty() ? "" : " and ") +
              rest + " (" + sure + "), but not surely.";
     }

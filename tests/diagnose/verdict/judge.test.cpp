@@ -125,3 +125,28 @@ TEST_CASE("Where the nominal leaves much and no effect explains it the verdict i
   REQUIRE(judgement.whole);
   CHECK(judgement.whole->leads() == Cause::position);
 }
+
+TEST_CASE("What explains hardly more than no physics does is no explanation", "[diagnose]") {
+  constexpr double kNoise = 1e-3, kMotion = 0.7;
+  const auto held_to_account = [&](double after, double without_physics, bool held_out) {
+    Diagnosis d;
+    d.verdict = Verdict::named;
+    d.fit.noise_floor = kNoise;
+    const FitErrors errors{1.0, 1.0, after, {}, without_physics};
+    (held_out ? d.fit.held_out : d.fit.train) = errors;
+    d.explanation.probability = 0.99;
+    d.explanation.effects.emplace_back().inclusion = 0.99;
+    hold_to_account(d, kMotion);
+    return d;
+  };
+  for (const bool held_out : {true, false}) {
+    CHECK(held_to_account(0.0029, 1e-3, held_out).verdict == Verdict::named);  // within three times the noise
+    CHECK(held_to_account(0.05, 0.51, held_out).verdict == Verdict::named);    // ten times better
+    const Diagnosis refused = held_to_account(0.05, 0.49, held_out);
+    CHECK(refused.verdict == Verdict::unknown);
+    CHECK_THAT(refused.reason, Catch::Contains("it errs by 0.05 rad, 50 times the noise, an autoregression of the "
+                                               "positions alone by 0.49 rad"));
+    CHECK(refused.explanation.effects[0].inclusion.value() <= 0.7);
+    CHECK(refused.explanation.probability <= 0.7);
+  }
+}

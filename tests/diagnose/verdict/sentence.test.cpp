@@ -25,7 +25,7 @@ Diagnosis slide() {
   d.joints = 1;
   d.fit.unit = "m";
   d.fit.noise_floor = 1e-6;
-  d.fit.train = {4e-3, 4e-3, 5e-5, {}};
+  d.fit.train = {4e-3, 4e-3, 5e-5, {}, {}};
   d.explanation.effects = {effect("coulomb_friction", 1, "level", 20.2, "N", 0.999, 0.9)};
   d.explanation.probability = 0.98;
   return d;
@@ -52,10 +52,20 @@ TEST_CASE("A named effect is said with its number and with how much less simulat
         "The model lacks Coulomb friction (level 20.2 N). With it simulations err by 5e-05 m instead of 0.004 m, 80 "
         "times "
         "less. Probability 98 %.");
-  d.fit.held_out = {8e-3, 8e-3, 1.05e-6, {}};  // what was held out is the stronger proof
+  d.fit.held_out = {8e-3, 8e-3, 1.05e-6, {}, {}};  // what was held out is the stronger proof
   CHECK_THAT(sentence(d), Catch::Contains("err by 1.05e-06 m instead of 0.008 m, which is the sensor's noise."));
-  d.fit.held_out = {8e-3, 8e-3, 9e-3, {}};  // no gain is none
+  d.fit.held_out = {8e-3, 8e-3, 9e-3, {}, {}};  // no gain is none
   CHECK_THAT(sentence(d), !Catch::Contains("simulations"));
+}
+
+TEST_CASE("What is there but hardly matters is told as a trace, not as an equal", "[diagnose]") {
+  Diagnosis d = slide();
+  d.explanation.effects.push_back(effect("input_gain", 1, "gain", 1.00024, "", 0.99, 1e-5));
+  CHECK_THAT(sentence(d),
+             Catch::StartsWith("The model lacks Coulomb friction (level 20.2 N). There are traces of input "
+                               "gain (gain 1). With it simulations err"));
+  d.explanation.effects.erase(d.explanation.effects.begin());
+  CHECK_THAT(sentence(d), Catch::StartsWith("The model lacks input gain (gain 1)."));
 }
 
 TEST_CASE("What is certain beside a remainder comes first, then what else there is and what may be part of it",
