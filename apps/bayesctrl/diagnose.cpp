@@ -32,7 +32,7 @@ void print_explanation(const Diagnosis& d) {
     std::cout << "  " << effect.name << " in joint " << effect.joint << ": " << effect.text << "\n";
     if (effect.inclusion && effect.share) {
       std::cout << "      part of the machine with " << percent_text(*effect.inclusion) << "; without it "
-                << format(100.0 * *effect.share, 2) << " % of the error (squares) would be left\n";
+                << share_text(*effect.share) << " of the error (squares) would be left\n";
     }
     for (const auto& [name, p] : effect.parameters.items) {
       std::cout << "      " << name << " = " << format(p.value, 4) << " +- " << format(p.sd, 2) << " " << p.unit

@@ -26,6 +26,8 @@ std::string padded(std::size_t number, std::size_t digits) {
   return std::string(text.size() < digits ? digits - text.size() : 0, '0') + text;
 }
 
+std::string share_text(double share) { return format(100.0 * share, share < 0.995 ? 2 : 3) + " %"; }
+
 std::string percent_text(double probability) {
   return probability > 0.9995 ? "more than 99.9 %" : format(100.0 * probability, 3) + " %";
 }

@@ -18,6 +18,9 @@ std::string padded(std::size_t number, std::size_t digits);
 /// A probability for people, in percent: never rounded to certainty, "more than 99.9 %".
 std::string percent_text(double probability);
 
+/// "100 %", "23 %" or "0.4 %" of a share: two digits, or three of what is nearly all.
+std::string share_text(double share);
+
 /// "q" where there is one joint, "q1", "q2", ... where there are several; `index` from 0.
 std::string numbered(std::string_view name, std::ptrdiff_t index, std::ptrdiff_t count);
 

@@ -470,6 +470,7 @@ struct VerdictSettings {
   double adequate = 3.0;
   double little = 0.003;
   double knows_better = 10.0;
+  double shows_in_time = 5.0;
   double imperfect = 2.0;
   int compared_sets = 15;
   int many_more = 2;
@@ -525,6 +526,8 @@ struct VerdictSettings {
     field("little", self.little, {kPositive, "of the motion, RMS", "left, likewise"});
     field("knows_better", self.knows_better,
           {kPositive, "", "by which another has to err less than a curve that knows no physics"});
+    field("shows_in_time", self.shows_in_time,
+          {kPositive, "nats", "by which an effect in time has to improve free runs twice, or of what was held out"});
     field("most_equivalents", self.most_equivalents,
           {kPositive, "", "names of one effect, the most probable: more would be none"});
     field("inseparable", self.inseparable,

@@ -53,6 +53,10 @@ TEST_CASE("A probability is never rounded to certainty", "[base]") {
   CHECK(percent_text(0.5) == "50 %");
   CHECK(percent_text(0.98765) == "98.8 %");
   CHECK(percent_text(0.99951) == "more than 99.9 %");
+  CHECK(share_text(1.0) == "100 %");
+  CHECK(share_text(0.9944) == "99 %");
+  CHECK(share_text(0.2345) == "23 %");
+  CHECK(share_text(0.00412) == "0.41 %");
   CHECK(percent_text(1.0) == "more than 99.9 %");
   CHECK(percent_text(1e-4) == "0.01 %");
 }

@@ -152,14 +152,15 @@ TEST_CASE("The starter of a diagnosis reads its recordings as they are", "[inspe
 TEST_CASE("Whatever bytes name the columns, the starter's spec finds them", "[inspect]") {
   const Folder folder;
   for (const std::string odd :
-       {"\x1b[1m", "\a",   "\xb0", "\xe9\xe8", "#",        ": ",           "'", "\\", "- ",   "\xf0\x9f\xa4\x96",
-        "{",       "\x7f", "%",    "~",        "\xc2\x85", "\xe2\x80\xa8", "@",  "!", "&",  "null "}) {
+       {"\x1b[1m", "\a",   "\xb0", "\xe9\xe8", "#",        ": ",           "'", "\\", "- ", "\xf0\x9f\xa4\x96",
+        "{",       "\x7f", "%",    "~",        "\xc2\x85", "\xe2\x80\xa8", "@", "!",  "&",  "null "}) {
     CAPTURE(odd);
     const std::string header = "t," + odd + " position," + odd + " torque";
     write_file(folder.path() / "odd.csv", csv(header));
     write_file(folder.path() / "spec.yaml",
-               diagnosis_starter({folder.path() / "odd.csv"}, "", folder.path(),
-                                 {.time = "t", .position = {as_utf8(odd + " position")}, .input = {as_utf8(odd + " torque")}}));
+               diagnosis_starter(
+                   {folder.path() / "odd.csv"}, "", folder.path(),
+                   {.time = "t", .position = {as_utf8(odd + " position")}, .input = {as_utf8(odd + " torque")}}));
     const DiagnosisSpec spec = read_diagnosis_spec(folder.path() / "spec.yaml");
     CHECK(read_recording(spec.recordings[0], spec.signals).samples() == 20);
   }

@@ -13,6 +13,7 @@
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/in_time.hpp"
 #include "diagnose/verdict/inclusion.hpp"
 #include "diagnose/verdict/judge.hpp"
 #include "diagnose/verdict/present.hpp"
@@ -436,6 +437,14 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     diagnosis.fit.held_out = compare(models, found, compared(held_out), true, diagnosis.units, result.runs);
   }
   hold_to_account(diagnosis, motion_rms(data));
+  const Explanation& explanation = found.explanation;
+  std::vector<Effect> unconfirmed;
+  for (const std::size_t e :
+       unconfirmed_in_time(models.after, {compared(recordings), compared(held_out), found.nominal, explanation.noise,
+                                          spec.horizon, explanation.max_step})) {
+    unconfirmed.push_back(models.after.effects[e]);
+  }
+  doubt_in_time(diagnosis, unconfirmed);
   result.missing_torque = torque_table(data, found.smoothed, diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit);
 }

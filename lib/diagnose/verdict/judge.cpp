@@ -87,16 +87,38 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   return result;
 }
 
+namespace {
+
+void doubt(double& p) { p = std::min(p, kSettings.verdict.unheld); }
+
+}  // namespace
+
 void hold_to_account(Diagnosis& diagnosis, double motion) {
   if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
   diagnosis.reason = refutation(diagnosis.fit);
   if (diagnosis.reason.empty()) diagnosis.reason = triviality(diagnosis.fit, motion);
   if (diagnosis.reason.empty()) return;
   diagnosis.verdict = Verdict::unknown;
-  const auto doubt = [](double& p) { p = std::min(p, kSettings.verdict.unheld); };
   for (ExplainedEffect& effect : diagnosis.explanation.effects) doubt(*effect.inclusion);
   for (auto& [name, p] : diagnosis.inclusion.items) doubt(p);
   doubt(diagnosis.explanation.probability);
+}
+
+void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed) {
+  for (const Effect& effect : unconfirmed) {
+    const std::string name = label(effect, diagnosis.joints);
+    for (ExplainedEffect& listed : diagnosis.explanation.effects) {
+      if (label(listed, diagnosis.joints) == name && listed.inclusion) doubt(*listed.inclusion);
+    }
+    for (auto& [of, p] : diagnosis.inclusion.items) {
+      if (of == name) doubt(p);
+    }
+  }
+  if (unconfirmed.empty() || diagnosis.verdict != Verdict::named) return;
+  diagnosis.verdict = Verdict::ambiguous;
+  doubt(diagnosis.explanation.probability);
+  diagnosis.reason = label(unconfirmed.front(), diagnosis.joints) +
+                     " depends on time alone: it neither shows in two recordings nor makes what was held out better";
 }
 
 }  // namespace bayesctrl

@@ -58,4 +58,7 @@ Judgement judge(const Search& search, const Missing& missing, double p_given);
 /// given. Its effects are then no more credible than experience says.
 void hold_to_account(Diagnosis& diagnosis, double motion);
 
+/// Effects in time that nothing confirms may be part of the machine, and are not named.
+void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed);
+
 }  // namespace bayesctrl

@@ -38,7 +38,7 @@ std::string in_words(const Diagnosis& d, const ExplainedEffect& effect, bool wit
     in_brackets = in_words(name) + " " + format(estimate.value, 3) + (estimate.unit.empty() ? "" : " " + estimate.unit);
   }
   if (with_share && effect.share) {
-    in_brackets += (in_brackets.empty() ? "" : ", ") + format(100.0 * *effect.share, 2) + " % of the error";
+    in_brackets += (in_brackets.empty() ? "" : ", ") + share_text(*effect.share) + " of the error";
   }
   return in_brackets.empty() ? text : text + " (" + in_brackets + ")";
 }

@@ -150,3 +150,27 @@ TEST_CASE("What explains hardly more than no physics does is no explanation", "[
     CHECK(refused.explanation.probability <= 0.7);
   }
 }
+
+TEST_CASE("An effect in time that nothing confirms is not named", "[diagnose]") {
+  Diagnosis d;
+  d.joints = 2;
+  d.verdict = Verdict::named;
+  d.explanation.probability = 0.99;
+  for (const char* name : {"coulomb_friction", "torque_step"}) {
+    ExplainedEffect& effect = d.explanation.effects.emplace_back();
+    effect.name = name;
+    effect.joint = 2;
+    effect.inclusion = 0.98;
+    d.inclusion.items.emplace_back(std::string(name) + "@2", 0.98);
+  }
+  Diagnosis same = d;
+  doubt_in_time(same, {});
+  CHECK(same.verdict == Verdict::named);
+  doubt_in_time(d, {{TorqueStep{}, 1, 0}});
+  CHECK(d.verdict == Verdict::ambiguous);
+  CHECK(d.explanation.effects[0].inclusion == 0.98);
+  CHECK(d.explanation.effects[1].inclusion <= 0.7);
+  CHECK(d.inclusion.items[0].second == 0.98);
+  CHECK(d.inclusion.items[1].second <= 0.7);
+  CHECK_THAT(d.reason, Catch::StartsWith("torque_step@2 depends on time alone"));
+}
