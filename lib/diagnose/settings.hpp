@@ -466,6 +466,7 @@ struct VerdictSettings {
   double inseparable = 3.0;
   double held_out = 1.3;
   double held_out_share = 0.15;
+  double held_out_more = 3.0;
   double unheld = 0.7;
   double adequate = 3.0;
   double little = 0.003;
@@ -521,6 +522,8 @@ struct VerdictSettings {
           {kPositive, "noise, RMS", "left of held-out recordings, beyond which an explanation may not hold"});
     field("held_out_share", self.held_out_share,
           {kPositive, "of the refit nominal's error", "left there as well: it does not hold"});
+    field("held_out_more", self.held_out_more,
+          {kPositive, "", "times what it leaves of the recordings that it was made from, likewise"});
     field("unheld", self.unheld, {kPositive, "probability", "of each of its effects then, at most"});
     field("adequate", self.adequate, {kPositive, "noise, RMS", "left by an explanation that is one in any case"});
     field("little", self.little, {kPositive, "of the motion, RMS", "left, likewise"});

@@ -44,20 +44,26 @@ std::string amount(double error, const FitFigures& fit) { return format(error, 3
 std::string refutation(const FitFigures& fit) {
   const FitErrors& errors = fit.held_out;
   if (!errors.after || *errors.after < kSettings.verdict.held_out * fit.noise_floor) return "";
-  const double share =
-      beyond_noise(*errors.after, fit.noise_floor) / std::max(beyond_noise(*errors.refit, fit.noise_floor), 1e-300);
-  if (share < kSettings.verdict.held_out_share) return "";
+  const auto share = [&](const FitErrors& of) {
+    return beyond_noise(*of.after, fit.noise_floor) / std::max(beyond_noise(*of.refit, fit.noise_floor), 1e-300);
+  };
+  if (share(errors) < kSettings.verdict.held_out_share) return "";
+  if (fit.train.after && share(errors) < kSettings.verdict.held_out_more * share(fit.train)) return "";
   return "held-out recordings contradict what explains the others: there it errs by " + amount(*errors.after, fit) +
          ", the model without it by " + amount(*errors.refit, fit);
 }
 
+/// Those of held-out recordings, where there are any.
+const FitErrors& judged(const FitFigures& fit) { return fit.held_out.after ? fit.held_out : fit.train; }
+
 /// Why what explains the recordings says hardly more of them than no physics does; empty where it does.
 std::string triviality(const FitFigures& fit, double motion) {
-  const FitErrors& errors = fit.held_out.after ? fit.held_out : fit.train;
+  const FitErrors& errors = judged(fit);
+  if (!errors.after || !errors.without_physics) return "";
   const double enough = std::max(kSettings.verdict.adequate * fit.noise_floor, kSettings.verdict.little * motion);
   if (*errors.after < enough || *errors.after * kSettings.verdict.knows_better < *errors.without_physics) return "";
-  return "what explains the recordings is no better than a curve that knows no physics: it errs by " +
-         amount(*errors.after, fit) + ", " + format(*errors.after / fit.noise_floor, 2) +
+  return "what explains the recordings is hardly better than a curve that knows no physics: it errs by " +
+         amount(*errors.after, fit) + ", " + format(*errors.after / fit.noise_floor, 3) +
          " times the noise, an autoregression of the positions alone by " + amount(*errors.without_physics, fit);
 }
 
@@ -94,12 +100,20 @@ void doubt(double& p) { p = std::min(p, kSettings.verdict.unheld); }
 }  // namespace
 
 void hold_to_account(Diagnosis& diagnosis, double motion) {
-  if (diagnosis.verdict != Verdict::named && diagnosis.verdict != Verdict::ambiguous) return;
-  diagnosis.reason = refutation(diagnosis.fit);
-  if (diagnosis.reason.empty()) diagnosis.reason = triviality(diagnosis.fit, motion);
-  if (diagnosis.reason.empty()) return;
-  diagnosis.verdict = Verdict::unknown;
-  for (ExplainedEffect& effect : diagnosis.explanation.effects) doubt(*effect.inclusion);
+  const bool stated = diagnosis.verdict == Verdict::named || diagnosis.verdict == Verdict::ambiguous;
+  if (!stated && diagnosis.verdict != Verdict::unknown) return;
+  const std::string refuted = stated ? refutation(diagnosis.fit) : "";
+  const std::string trivial = refuted.empty() ? triviality(diagnosis.fit, motion) : "";
+  if (refuted.empty() && trivial.empty()) return;
+  if (stated) {
+    diagnosis.verdict = Verdict::unknown;
+    diagnosis.reason = refuted + trivial;
+  }
+  const FitErrors& errors = judged(diagnosis.fit);
+  if (refuted.empty() && *errors.after < *errors.without_physics) return;  // its effects are at least some of it
+  for (ExplainedEffect& effect : diagnosis.explanation.effects) {
+    if (effect.inclusion) doubt(*effect.inclusion);
+  }
   for (auto& [name, p] : diagnosis.inclusion.items) doubt(p);
   doubt(diagnosis.explanation.probability);
 }

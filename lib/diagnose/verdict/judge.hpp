@@ -55,7 +55,7 @@ Judgement judge(const Search& search, const Missing& missing, double p_given);
 /// An explanation is none that does not hold in recordings which it was not made from: what it leaves of them is
 /// neither within the noise nor small beside what the nominal leaves. Nor is one that predicts hardly better than a
 /// curve that knows no physics, unless it leaves little more than the noise or little of the motion, whose RMS is
-/// given. Its effects are then no more credible than experience says.
+/// given. Its effects are then no more credible than experience says, unless it is better than that curve after all.
 void hold_to_account(Diagnosis& diagnosis, double motion);
 
 /// Effects in time that nothing confirms may be part of the machine, and are not named.

@@ -146,9 +146,27 @@ TEST_CASE("What explains hardly more than no physics does is no explanation", "[
     CHECK(refused.verdict == Verdict::unknown);
     CHECK_THAT(refused.reason, Catch::Contains("it errs by 0.05 rad, 50 times the noise, an autoregression of the "
                                                "positions alone by 0.49 rad"));
-    CHECK(refused.explanation.effects[0].inclusion.value() <= 0.7);
-    CHECK(refused.explanation.probability <= 0.7);
+    CHECK(refused.explanation.effects[0].inclusion == 0.99);  // but not the worse for it
+    const Diagnosis worse = held_to_account(0.05, 0.04, held_out);
+    CHECK(worse.verdict == Verdict::unknown);
+    CHECK(worse.explanation.effects[0].inclusion.value() <= 0.7);
+    CHECK(worse.explanation.probability <= 0.7);
   }
+}
+
+TEST_CASE("What is left of held-out recordings alone contradicts, what is left everywhere does not", "[diagnose]") {
+  const auto verdict = [](double train, double held_out) {
+    Diagnosis d;
+    d.verdict = Verdict::named;
+    d.fit.noise_floor = 1e-6;
+    d.fit.train = {1.0, 1.0, train, {}, 100.0};
+    d.fit.held_out = {1.0, 1.0, held_out, {}, 100.0};
+    hold_to_account(d, 1.0);
+    return d.verdict;
+  };
+  CHECK(verdict(0.1, 0.2) == Verdict::named);
+  CHECK(verdict(0.01, 0.1) == Verdict::named);
+  CHECK(verdict(0.01, 0.2) == Verdict::unknown);
 }
 
 TEST_CASE("An effect in time that nothing confirms is not named", "[diagnose]") {
