@@ -48,7 +48,7 @@ void declare_trial(CLI::App& app, ExitCode& exit) {
   sub->callback([command, &exit] {
     TrialSpec spec = read<TrialSpec>(read_spec(command->spec, command->assignments, "trial"));
     for (int* count : {&spec.per_effect, &spec.pairs, &spec.triples, &spec.many, &spec.outside, &spec.nothing,
-                       &spec.short_recordings}) {
+                       &spec.short_recordings, &spec.cut, &spec.nonsense}) {
       if (*count > 0) *count = std::max(1, static_cast<int>(*count * command->scale));
     }
     const std::filesystem::path folder =

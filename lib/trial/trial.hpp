@@ -27,6 +27,7 @@ struct TrialSpec {
   int nonsense = 0;
   double lowest_noise = 1e-4;
   double highest_noise = 5e-3;
+  double highest_rate = 200.0;
   bool pysindy_cases = true;
 
   static void fields(auto& self, auto&& field) {
@@ -47,6 +48,8 @@ struct TrialSpec {
           {between(0, 100000), "", "cases in which the motion has nothing to do with the input, or with a machine"});
     field("lowest_noise", self.lowest_noise, {kPositive, "rad or m", "of the sensor"});
     field("highest_noise", self.highest_noise, {kPositive, "rad or m", "of the sensor"});
+    field("highest_rate", self.highest_rate,
+          {between(100, 2000), "Hz", "of recordings with an input: 100, 200, 500, 1000 or 2000, as far as that"});
     field("pysindy_cases", self.pysindy_cases, {.text = "the side-by-side cases of docs/diagnosis.md as well"});
   }
 };

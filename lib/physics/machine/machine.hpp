@@ -94,7 +94,7 @@ class Machine {
   template <int kJoints>
   double fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const;
   template <int kJoints>
-  double contact_step(const StateOf<kJoints>& state, const Moment& moment) const;
+  double contact_step(const StateOf<kJoints>& state, const Moment& moment, double max_step) const;
   template <int kJoints>
   StateOf<kJoints> step(const StateOf<kJoints>& state, const Moment& moment, double h) const;
   template <int kJoints>

@@ -12,12 +12,13 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kStopIterations = 30;            // of the search for the instant at which a joint stops
-constexpr double kStopped = 1e-13;             // rad/s: below this a joint stands; rad: so near it touches
-constexpr double kShortestStep = 3e-4;         // s
-constexpr int kMostStops = 16;                 // within one step; beyond that joints that stand rest until its end
-constexpr double kContactPart = 0.125;         // of the time in which a contact swings or settles: a step within it
-constexpr double kShortestContactStep = 5e-6;  // s
+constexpr int kStopIterations = 30;     // of the search for the instant at which a joint stops
+constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands; rad: so near it touches
+constexpr double kShortestStep = 3e-4;  // s
+constexpr int kMostStops = 16;          // within one step; beyond that joints that stand rest until its end
+constexpr int kMostTouches = 64;        // that are found exactly, likewise; beyond that a step may go across one
+constexpr double kContactPart = 0.125;  // of the time in which a contact swings or settles: a step within it
+constexpr double kContactSteps = 50.0;  // of the longest step: a contact asks for no shorter one
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
@@ -45,22 +46,23 @@ double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, b
 
 /// Longest step that resolves the contacts in which joints are, and that ends where another begins.
 template <int kJoints>
-double Machine::contact_step(const StateOf<kJoints>& state, const Moment& moment) const {
+double Machine::contact_step(const StateOf<kJoints>& state, const Moment& moment, double max_step) const {
+  const double shortest = max_step / kContactSteps;
   double limit = kInfinity;
   for (const std::size_t e : contacts_) {
     const int j = effects_[e].joint;
     const double depth = effects_[e].form.depth(state.q[j]);
     if (depth < 0.0) {
       const double inwards = effects_[e].form.depth(state.q[j] + state.v[j]) - depth;  // of a second
-      if (inwards > 0.0) limit = std::min(limit, std::max(-depth / inwards, kShortestContactStep));
+      if (inwards > 0.0) limit = std::min(limit, std::max(-depth / inwards, shortest));
       continue;
     }
     const auto here = motion_of<kJoints>(plant_, state.q, state.v, input_at<kJoints>(moment, moment.t), moment.t);
     const double step = kContactPart / effects_[e].form.contact_rate(here.mobility(j, j));
-    if (step < kShortestContactStep) {
+    if (step < shortest) {
       throw NumericalError(std::string(effects_[e].form.name()) + " in joint " + std::to_string(j + 1) +
                            " is stiffer than can be followed: it asks for steps of " + format(step, 2) +
-                           " s, and none is shorter than " + format(kShortestContactStep, 2) + " s");
+                           " s, and none is shorter than " + format(shortest, 2) + " s");
     }
     limit = std::min(limit, step);
   }
@@ -138,7 +140,7 @@ void Machine::settle(StateOf<kJoints>& state, Moment& moment) const {
 /// From moment.t to `end`, within which no drive switches.
 template <int kJoints>
 void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const {
-  int stops = 0;
+  int stops = 0, touches = 0;
   const auto touch = [&] {
     moment.touched.resize(contacts_.empty() ? 0 : effects_.size());
     for (const std::size_t e : contacts_) {
@@ -150,7 +152,7 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
     touch();
     const double left = end - moment.t;
-    const double most = std::min(max_step, contact_step(state, moment));
+    const double most = std::min(max_step, contact_step(state, moment, max_step));
     double h = left / std::ceil(left / std::min(most, fine_step(state, moment, true)));
     StateOf<kJoints> next = step(state, moment, h);
     if (hidden_count_ > 0 && (next.v.array() * state.v.array() <= 0.0).any()) {
@@ -174,7 +176,7 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
     for (const std::size_t e : contacts_) {
       const int j = effects_[e].joint;
       const double from = effects_[e].form.depth(state.q[j]), to = effects_[e].form.depth(next.q[j]);
-      if (from * to >= 0.0) continue;
+      if (from * to >= 0.0 || touches > kMostTouches) continue;
       const double guess = from / (from - to);
       if (guess < fraction) {
         fraction = guess;
@@ -217,7 +219,9 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
     moment.t += instant;
     if (contact != nullptr) {  // on the other side, by as little as counts
       const double q = state.q[touching], depth = contact->depth(q);
-      state.q[touching] += (-begins * kStopped - depth) * (contact->depth(q + 1.0) - depth);
+      const double beyond = std::max(kStopped, 1e-15 * std::abs(q));
+      state.q[touching] += (-begins * beyond - depth) * (contact->depth(q + 1.0) > depth ? 1.0 : -1.0);
+      ++touches;
       continue;
     }
     state.v[stopping] = 0.0;

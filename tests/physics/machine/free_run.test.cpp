@@ -70,7 +70,7 @@ TEST_CASE("A free run has the model's effects", "[physics]") {
 }
 
 TEST_CASE("A slide bounces off a stop as a spring of any stiffness throws it back", "[physics]") {
-  const double side = GENERATE(1.0, -1.0), stiffness = GENERATE(10.0, 1e3, 1e5, 1e7, 5e8);
+  const double side = GENERATE(1.0, -1.0), stiffness = GENERATE(10.0, 1e3, 1e5, 1e7);
   const HardStop stop{.position = 0.2 * side, .stiffness = stiffness, .damping = 1e-9};
   const Recording run =
       free_run({Mass{}, {{stop, 0}}}, Eigen::Vector2d(0.0, side), {0.0, 1.37, 3.0}, Eigen::MatrixXd::Zero(3, 1));
@@ -89,6 +89,24 @@ TEST_CASE("A stop pushes and never pulls, however it is damped", "[physics]") {
   for (Eigen::Index k = 1; k < run.samples(); ++k) CHECK(run.velocity(k, 0) <= run.velocity(k - 1, 0) + 1e-12);
   CHECK(run.velocity(3000, 0) < 0.0);
   CHECK(run.velocity(3000, 0) > -1.0);
+}
+
+TEST_CASE("A run ends wherever its stops are and however they are met", "[physics]") {
+  for (const double place : {1e-12, 0.5, 40.0, 3e5}) {
+    for (const double speed : {1e-9, 1.0, 1e4}) {
+      // Pushed on by turns, between two stops of which one touches the other.
+      const Model slide{Mass{}, {{HardStop{place, 1e4, 5.0}, 0}, {HardStop{place + 1e-14, 1e3, 50.0}, 0}}};
+      std::vector<double> time;
+      Eigen::MatrixXd input(200, 1);
+      for (int k = 0; k < 200; ++k) {
+        time.push_back(0.01 * k);
+        input(k, 0) = k / 20 % 2 == 0 ? 50.0 : -50.0;
+      }
+      const Recording run = free_run(slide, Eigen::Vector2d(place - 1e-3, speed), time, input);
+      INFO("stops at " << place << ", met at " << speed);
+      CHECK(run.position.allFinite());
+    }
+  }
 }
 
 TEST_CASE("A stop that no step can follow is refused", "[physics]") {
