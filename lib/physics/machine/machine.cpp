@@ -21,7 +21,6 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     if (roles.dry_friction) dry_[static_cast<std::size_t>(effect.joint)] = true;
     if (roles.lag) lag_[effect.joint] = form.lag();
     if (roles.timed) switch_times_.push_back(form.switch_time());
-    if (roles.contact) contacts_.push_back(slots_.size());
     added_inertia_[effect.joint] += form.added_inertia();
     tilt_[effect.joint] += form.tilt();
     bears_load_ |= roles.feels_load;
