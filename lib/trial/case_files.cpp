@@ -10,6 +10,10 @@ namespace bayesctrl::trial {
 
 using nlohmann::ordered_json;
 
+std::string recording_name(int number) {
+  return number < kRecordings ? "train" + std::to_string(number + 1) + ".csv" : "test1.csv";
+}
+
 std::string to_file(const Recorded& recorded) {
   const int n = static_cast<int>(recorded.position.cols());
   std::vector<std::vector<double>> columns(static_cast<std::size_t>(1 + 2 * n));
@@ -38,14 +42,14 @@ ordered_json spec_json(const std::string& name, const Plant& nominal, const std:
     q.push_back(numbered("q", j, n));
     u.push_back(numbered("u", j, n));
   }
-  for (int r = 1; r <= kRecordings; ++r) train.push_back("train" + std::to_string(r) + ".csv");
+  for (int r = 0; r < kRecordings; ++r) train.push_back(recording_name(r));
   ordered_json model = json_value(Model{nominal});
   if (!free.empty()) model["free"] = free;
   return {{"name", name},
           {"model", model},
           {"signals", {{"time", "t"}, {"position", q}, {"input", u}}},
           {"recordings", train},
-          {"held_out", {"test1.csv"}}};
+          {"held_out", {recording_name(kRecordings)}}};
 }
 
 ordered_json effect_truth(const Effect& effect, double size) {
@@ -53,7 +57,7 @@ ordered_json effect_truth(const Effect& effect, double size) {
   for (const auto& [name, value, info] : parameters(effect.form)) values[std::string(name)] = value;
   ordered_json object{
       {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", values}};
-  if (effect.recording >= 0) object["recording"] = "train" + std::to_string(effect.recording + 1) + ".csv";
+  if (effect.recording >= 0) object["recording"] = recording_name(effect.recording);
   return object;
 }
 

@@ -11,6 +11,8 @@ namespace bayesctrl::trial {
 /// Training recordings of a case, train1.csv and so on; test1.csv is held out.
 inline constexpr int kRecordings = 3;
 
+std::string recording_name(int number);  // from 0
+
 /// A recording as the diagnosis gets it: CSV of t, q and u.
 std::string to_file(const Recorded& recorded);
 

@@ -285,8 +285,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
     }
     Case result{order.name, order.family, spec_json(order.name, nominal, free), {}, truth};
     for (int r = 0; r <= kRecordings; ++r) {
-      const std::string file = r < kRecordings ? "train" + std::to_string(r + 1) + ".csv" : "test1.csv";
-      result.files.emplace_back(file, to_file(recorded[static_cast<std::size_t>(r)]));
+      result.files.emplace_back(recording_name(r), to_file(recorded[static_cast<std::size_t>(r)]));
     }
     if (order.family == "cut") {
       cut(result, recorded[0], kLengths[static_cast<std::size_t>(order.variant) % kLengths.size()]);

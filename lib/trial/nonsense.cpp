@@ -82,8 +82,7 @@ Case nonsense_case(const TrialSpec& spec, const Order& order) {
         recorded.input(k, j) = u(t);
       }
     }
-    const std::string file = r < kRecordings ? "train" + std::to_string(r + 1) + ".csv" : "test1.csv";
-    result.files.emplace_back(file, to_file(recorded));
+    result.files.emplace_back(recording_name(r), to_file(recorded));
   }
   result.truth = {{"family", order.family},           {"plant", name_of(nominal)}, {"noise", noise},
                   {"effects", ordered_json::array()}, {"motion", motion_kind},     {"input", input_kind}};

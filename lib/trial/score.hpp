@@ -8,6 +8,9 @@
 
 namespace bayesctrl::trial {
 
+/// Inclusion of an effect, and probability of a set, that is stated as nearly certain.
+inline constexpr double kCertain = 0.9;
+
 /// One diagnosed case beside its truth.
 struct Scored {
   std::string name, family, label;  // label: the effect, the invention, or the family

@@ -184,6 +184,9 @@ struct FitFigures {
   std::optional<double> recorded, searched;
   FitErrors train, held_out;
 
+  /// Those of held-out recordings, where there are any.
+  const FitErrors& judged() const { return held_out.after ? held_out : train; }
+
   static void fields(auto& self, auto&& field) {
     field("unit", self.unit, detail::told("of all errors"));
     field("horizon_s", self.horizon, detail::told("of each free run", "s"));

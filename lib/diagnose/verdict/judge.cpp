@@ -53,12 +53,9 @@ std::string refutation(const FitFigures& fit) {
          ", the model without it by " + amount(*errors.refit, fit);
 }
 
-/// Those of held-out recordings, where there are any.
-const FitErrors& judged(const FitFigures& fit) { return fit.held_out.after ? fit.held_out : fit.train; }
-
 /// Why what explains the recordings says hardly more of them than no physics does; empty where it does.
 std::string triviality(const FitFigures& fit, double motion) {
-  const FitErrors& errors = judged(fit);
+  const FitErrors& errors = fit.judged();
   if (!errors.after || !errors.without_physics) return "";
   const double enough = std::max(kSettings.verdict.adequate * fit.noise_floor, kSettings.verdict.little * motion);
   if (*errors.after < enough || *errors.after * kSettings.verdict.knows_better < *errors.without_physics) return "";
@@ -66,6 +63,8 @@ std::string triviality(const FitFigures& fit, double motion) {
          amount(*errors.after, fit) + ", " + format(*errors.after / fit.noise_floor, 3) +
          " times the noise, an autoregression of the positions alone by " + amount(*errors.without_physics, fit);
 }
+
+void doubt(double& p) { p = std::min(p, kSettings.verdict.unheld); }
 
 }  // namespace
 
@@ -93,12 +92,6 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   return result;
 }
 
-namespace {
-
-void doubt(double& p) { p = std::min(p, kSettings.verdict.unheld); }
-
-}  // namespace
-
 void hold_to_account(Diagnosis& diagnosis, double motion) {
   const bool stated = diagnosis.verdict == Verdict::named || diagnosis.verdict == Verdict::ambiguous;
   if (!stated && diagnosis.verdict != Verdict::unknown) return;
@@ -109,7 +102,7 @@ void hold_to_account(Diagnosis& diagnosis, double motion) {
     diagnosis.verdict = Verdict::unknown;
     diagnosis.reason = refuted + trivial;
   }
-  const FitErrors& errors = judged(diagnosis.fit);
+  const FitErrors& errors = diagnosis.fit.judged();
   if (refuted.empty() && *errors.after < *errors.without_physics) return;  // its effects are at least some of it
   for (ExplainedEffect& effect : diagnosis.explanation.effects) {
     if (effect.inclusion) doubt(*effect.inclusion);

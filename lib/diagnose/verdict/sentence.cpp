@@ -63,7 +63,7 @@ std::string in_words(const Diagnosis& d, const std::function<bool(const Explaine
 
 /// " With it simulations err by 0.124 mm instead of 3.69 mm, 30 times less.": of what was held out, if anything was.
 std::string gain(const Diagnosis& d) {
-  const FitErrors& errors = d.fit.held_out.after ? d.fit.held_out : d.fit.train;
+  const FitErrors& errors = d.fit.judged();
   if (!errors.after || !errors.refit || !(*errors.after < 0.9 * *errors.refit)) return "";
   constexpr double kNearly = 1.1;
   const bool down = *errors.after < kNearly * d.fit.noise_floor;
