@@ -6,7 +6,9 @@ namespace bayesctrl {
 
 Cholesky::Cholesky(const Eigen::MatrixXd& a) : factor_(a) { Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> in_place(factor_); }
 
-double Cholesky::log_determinant() const { return 2.0 * factor_.diagonal().array().log().sum(); }
+double Cholesky::log_determinant() const { return 2.0 * log_diagonal().sum(); }
+
+Eigen::VectorXd Cholesky::log_diagonal() const { return factor_.diagonal().array().log(); }
 
 Eigen::MatrixXd Cholesky::solve(const Eigen::MatrixXd& b) const {
   Eigen::MatrixXd x = b;

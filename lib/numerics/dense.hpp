@@ -17,6 +17,8 @@ class Cholesky {
 
   /// log det A.
   double log_determinant() const;
+  /// log L_ii.
+  Eigen::VectorXd log_diagonal() const;
   /// A^-1 b.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
   /// L^-1 b: what has covariance A becomes white.

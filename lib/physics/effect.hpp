@@ -24,6 +24,7 @@ struct EffectRoles {
 
   bool of_time = false;        // a torque that is no function of the machine's state,
   bool timed = false;          // one that jumps at a time, at which integration steps must end,
+  bool contact = false;        // one that begins where the joint touches something,
   bool spring = false;         // one that the joint's bearings carry
   bool gain = false;           // a map of the input that multiplies it
   bool feels_load = false;     // it reads the load on the bearings
@@ -78,6 +79,8 @@ class EffectLaw : public EffectTraits {
   virtual double added_inertia(const EffectForm& form) const = 0;
   virtual double tilt(const EffectForm& form) const = 0;
   virtual double switch_time(const EffectForm& form) const = 0;
+  virtual double depth(const EffectForm& form, double position) const = 0;
+  virtual double contact_rate(const EffectForm& form, double mobility) const = 0;
   virtual double delay_time(const EffectForm& form) const = 0;
   virtual double lag(const EffectForm& form) const = 0;
   virtual double transform(const EffectForm& form, double u) const = 0;
@@ -172,6 +175,8 @@ class EffectForm {
   double added_inertia() const { return law_->added_inertia(*this); }
   double tilt() const { return law_->tilt(*this); }
   double switch_time() const { return law_->switch_time(*this); }
+  double depth(double position) const { return law_->depth(*this, position); }
+  double contact_rate(double mobility) const { return law_->contact_rate(*this, mobility); }
   double delay_time() const { return law_->delay_time(*this); }
   double lag() const { return law_->lag(*this); }
   double transform(double u) const { return law_->transform(*this, u); }

@@ -46,6 +46,15 @@ concept TimedEffect = requires(const E& e) {
   E::kJump;
 };
 
+/// A torque that begins where the joint touches something: `depth_at` a position is positive beyond, `contact_rate` the
+/// fastest there (1/s) of a joint of that mobility (1/inertia). Integration steps end at the contact and resolve the
+/// rate.
+template <class E>
+concept ContactEffect = TorqueEffect<E> && requires(const E& e, double x) {
+  { e.depth_at(x) } -> std::same_as<double>;
+  { e.contact_rate(x) } -> std::same_as<double>;
+};
+
 template <class E>
 concept TiltEffect = requires(const E& e) {
   { e.tilt() } -> std::same_as<double>;
@@ -107,6 +116,7 @@ constexpr EffectRoles roles_of() {
                     .lag = LagEffect<E>,
                     .sensor = SensorEffect<E>,
                     .timed = TimedEffect<E>,
+                    .contact = ContactEffect<E>,
                     .gain = GainEffect<E>,
                     .settles = SolvedStateEffect<E>};
   if constexpr (requires { E::kOfTime; }) roles.of_time = E::kOfTime;
@@ -206,6 +216,14 @@ class LawOf final : public EffectLaw {
   }
   double switch_time(const EffectForm& form) const override {
     if constexpr (TimedEffect<E>) return in(form).switch_time();
+    return 0.0;
+  }
+  double depth(const EffectForm& form, double position) const override {
+    if constexpr (ContactEffect<E>) return in(form).depth_at(position);
+    return -kInfinity;
+  }
+  double contact_rate(const EffectForm& form, double mobility) const override {
+    if constexpr (ContactEffect<E>) return in(form).contact_rate(mobility);
     return 0.0;
   }
   double delay_time(const EffectForm& form) const override {

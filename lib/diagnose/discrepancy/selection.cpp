@@ -8,6 +8,7 @@
 #include "diagnose/discrepancy/left_out_fit.hpp"
 #include "diagnose/discrepancy/remainder_search.hpp"
 #include "diagnose/fit/free_runs.hpp"
+#include "diagnose/fit/process_noise.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
@@ -54,21 +55,11 @@ class Choice {
       : explanation_(explanation), folds_(std::move(folds)), data_(data), motion_(motion), horizon_(horizon) {}
 
   /// Whether effects are carried by all recordings: with the parameters that the others give them, what is left out
-  /// fits not much worse.
+  /// fits not much worse. Where free runs go astray one step of their response says nothing of those parameters, and
+  /// beside process noise it does.
   bool is_carried(const Fit& fit) const {
-    const FitProblem problem = problem_about(*explanation_.linearisation, explanation_, data_, {});
-    const std::vector<Fit> without = left_out_fits(problem, fit, folds_);
-    const auto squares = [&](const Fit& f, int fold) {
-      double sum = 0.0;
-      for (const double error : errors_in({f.plant, f.effects, {}}, fold)) sum += error * error;
-      return sum;
-    };
-    double with_all = 0.0, left_out = 0.0;
-    for (int fold = 0; fold < kSettings.discrepancy.folds; ++fold) {
-      with_all += squares(fit, fold);
-      left_out += squares(without[static_cast<std::size_t>(fold)], fold);
-    }
-    return left_out < kSettings.discrepancy.carried * kSettings.discrepancy.carried * with_all;
+    if (carry(fit, left_out_fits(about(*explanation_.linearisation), fit, folds_))) return true;
+    return explanation_.excess(fit) > kSettings.verdict.imperfect && carry(fit, left_out_beside_noise(fit));
   }
 
   /// `remainder`: learnt without the windows of a fold, or from all (-1); `penalty` for what it consists of.
@@ -94,6 +85,36 @@ class Choice {
   const SelectedDiscrepancy& best() const { return best_; }
 
  private:
+  FitProblem about(const Linearisation& linearisation) const {
+    return problem_about(linearisation, explanation_, data_, {});
+  }
+
+  std::vector<Fit> left_out_beside_noise(const Fit& fit) const {
+    const FitProblem measured = about(*explanation_.measured);
+    const auto [white, settled] = beside_likely_noise(measured, fit);
+    std::vector<Fit> fits;
+    for (const Fit& without : left_out_fits(beside(measured, white), settled, folds_)) {
+      fits.push_back(fit);
+      assign(fits.back(), values_of(fit) + values_of(without) - values_of(settled));
+    }
+    return fits;
+  }
+
+  /// `without`: a fit without each fold.
+  bool carry(const Fit& fit, const std::vector<Fit>& without) const {
+    const auto squares = [&](const Fit& f, int fold) {
+      double sum = 0.0;
+      for (const double error : errors_in({f.plant, f.effects, {}}, fold)) sum += error * error;
+      return sum;
+    };
+    double with_all = 0.0, left_out = 0.0;
+    for (int fold = 0; fold < kSettings.discrepancy.folds; ++fold) {
+      with_all += squares(fit, fold);
+      left_out += squares(without[static_cast<std::size_t>(fold)], fold);
+    }
+    return left_out < kSettings.discrepancy.carried * kSettings.discrepancy.carried * with_all;
+  }
+
   /// Errors in free runs over the windows of one fold, RMS.
   std::vector<double> errors_in(const Corrected& model, int fold) const {
     const std::vector<Segment>& windows = explanation_.measured->response->windows();

@@ -62,9 +62,13 @@ class WhitenedFit {
 
 }  // namespace
 
+FitProblem beside(const FitProblem& problem, const LinearResponse& white) {
+  return {problem.nominal, problem.given,   problem.free,    problem.data,
+          white,           problem.forcing, problem.penalty, problem.max_step};
+}
+
 Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit) {
-  const FitProblem whitened{problem.nominal, problem.given,   problem.free,    problem.data,
-                            white,           problem.forcing, problem.penalty, problem.max_step};
+  const FitProblem whitened = beside(problem, white);
   renew_priors(fit.unknowns, fit.effects);
   WhitenedFit descent(whitened);
   fit = descent.evaluated(std::move(fit));
@@ -73,6 +77,7 @@ Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& whit
                  .max_trials = kSettings.fit.whitened_trials,
                  .least_gain = kSettings.fit.whitened_gain});
   weigh(whitened, fit, descent.jacobian());
+  fit.log_evidence -= white.log_scale().sum();
   return fit;
 }
 
@@ -84,6 +89,12 @@ Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit) {
     fit = fit_with_process_noise(problem, problem.response.with_process_noise(intensity), std::move(fit));
   }
   return intensity;
+}
+
+BesideNoise beside_likely_noise(const FitProblem& problem, const Fit& fit) {
+  LinearResponse white = problem.response.with_process_noise(likely_intensity(problem, fit));
+  Fit settled = fit_with_process_noise(problem, white, fit);
+  return {std::move(white), std::move(settled)};
 }
 
 }  // namespace bayesctrl

@@ -10,11 +10,24 @@ namespace bayesctrl {
 /// along the measured motion: `problem` is linearised about that (stochastic grey-box models: Kristensen, Madsen &
 /// Jorgensen 2004).
 
-/// The most probable parameters of a fit with their covariance and evidence; `residual` and `sse` are those of the
-/// whitened rows. `white`: the problem's response with process noise.
+/// A problem whose response has process noise.
+FitProblem beside(const FitProblem& problem, const LinearResponse& white);
+
+/// The most probable parameters of a fit with their covariance and evidence, that of the intensity included; `residual`
+/// and `sse` are those of the whitened rows. `white`: the problem's response with process noise.
 Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit);
 
 /// The intensity of that noise, per joint, that is most probable together with the fit's parameters.
 Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit);
+
+/// A fit beside noise of that intensity, which is its own: evidence of different models can be compared.
+struct BesideNoise {
+  LinearResponse white;
+  Fit fit;
+
+  /// Of each row.
+  Eigen::VectorXd log_likelihood() const { return -0.5 * fit.residual.cwiseAbs2() - white.log_scale(); }
+};
+BesideNoise beside_likely_noise(const FitProblem& problem, const Fit& fit);
 
 }  // namespace bayesctrl

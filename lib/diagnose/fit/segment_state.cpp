@@ -128,7 +128,7 @@ std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& eff
 }
 
 std::vector<Drive> drives_of(const Machine& machine, const Measured& data) {
-  if (!data.linear_hold) return machine.drives(data.time, data.input);
+  if (!data.linear_hold) return machine.drives(data.time, data.input, data.fine.get());
   std::vector<double> time;
   Eigen::MatrixXd input((data.input.rows() - 1) * kSettings.fit.linear_hold_pieces + 1, data.input.cols());
   for (std::size_t k = 0; k + 1 < data.samples(); ++k) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "diagnose/motion/smoother.hpp"
@@ -17,10 +18,11 @@ constexpr double kBeyond = 1e-3;  // of an input's range: smooth ones have their
 /// What the inputs between two samples that stay are replaced by.
 enum class Keep { mean, moment };
 
-/// One stretch without a gap: samples that stay, and the input from each to the next.
+/// One stretch without a gap: samples that stay, and the input from each to the next, the sum of what was recorded.
 struct Thin {
   std::vector<std::size_t> kept;
   Eigen::MatrixXd input;
+  FineInput fine;
 };
 
 /// Duration for which an input is held; the last one of a stretch for as long as the one before.
@@ -29,52 +31,76 @@ double held(const Measured& m, const Segment& stretch, std::size_t i) {
   return k + 1 < m.samples() ? m.time[k + 1] - m.time[k] : 0.0;
 }
 
-/// The impulse of each interval is kept and, with Keep::moment, its time: what came later than the middle of an
-/// interval is partly handed to the next. Nothing where that would leave the range of the inputs around
+/// What samples that stay hold, samples x joints.
+Eigen::MatrixXd held(const FineInput& fine, Eigen::Index samples) {
+  Eigen::MatrixXd input(samples, fine.input.cols());
+  for (Eigen::Index j = 0; j < input.cols(); ++j) input.col(j) = fine.held(fine.input.col(j), samples);
+  return input;
+}
+
+/// Inputs of one interval, each with the duration for which it is held.
+struct Interval {
+  std::vector<double> lasts;
+  double span = 0.0;
+
+  Interval(const Measured& m, const Segment& stretch, std::size_t first, std::size_t end) {
+    for (std::size_t k = first; k < end; ++k) lasts.push_back(held(m, stretch, k));
+    span = std::accumulate(lasts.begin(), lasts.end(), 0.0);
+    if (span > 0.0) return;
+    lasts.assign(lasts.size(), 1.0);  // the last sample of a recording, alone
+    span = static_cast<double>(lasts.size());
+  }
+};
+
+/// Adds an interval that sample `stays` holds; `next`: the one that gets part of what comes late in it, if any does.
+void add(FineInput& fine, Eigen::Index stays, const Interval& interval, const Interval* next) {
+  double passed = 0.0;
+  for (const double h : interval.lasts) {
+    const double handed = next == nullptr ? 0.0 : h * (passed + 0.5 * h - 0.5 * interval.span) / interval.span;
+    fine.stays.push_back(stays);
+    fine.own.push_back((h - handed) / interval.span);
+    fine.late.push_back(next == nullptr ? 0.0 : handed / next->span);
+    passed += h;
+  }
+}
+
+/// The impulse of each interval is kept and, with Keep::moment, its time: of what came later than the middle of an
+/// interval part is handed to the next. Nothing where that would leave the range of the inputs around
 /// by more than kBeyond.
 std::optional<Thin> thin_stretch(const Measured& m, const Segment& stretch, std::size_t factor, Keep keep) {
   Thin thin;
   for (std::size_t k = stretch.first; k <= stretch.last; k += factor) thin.kept.push_back(k);
   const auto count = static_cast<Eigen::Index>(thin.kept.size());
-  thin.input.resize(count, m.input.cols());
-  Eigen::RowVectorXd carried = Eigen::RowVectorXd::Zero(m.input.cols());
+  if (m.linear_hold) {  // what lies between is a straight line
+    thin.input.resize(count, m.input.cols());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      thin.input.row(i) = m.input.row(static_cast<Eigen::Index>(thin.kept[static_cast<std::size_t>(i)]));
+    }
+    return thin;
+  }
+  thin.fine.input = m.input.middleRows(static_cast<Eigen::Index>(stretch.first),
+                                       static_cast<Eigen::Index>(stretch.last - stretch.first) + 1);
+  const auto end_of = [&](std::size_t first) { return std::min(first + factor, stretch.last + 1); };
+  std::vector<Interval> intervals;
+  for (const std::size_t first : thin.kept) intervals.emplace_back(m, stretch, first, end_of(first));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const bool hands = keep == Keep::moment && i + 1 < count;
+    const auto at = intervals.begin() + i;
+    add(thin.fine, i, *at, hands ? &*(at + 1) : nullptr);
+  }
+  thin.input = held(thin.fine, count);
+  if (keep == Keep::mean) return thin;
   const Eigen::RowVectorXd slack = kBeyond * (m.input.colwise().maxCoeff() - m.input.colwise().minCoeff());
   for (Eigen::Index i = 0; i < count; ++i) {
     const std::size_t first = thin.kept[static_cast<std::size_t>(i)];
-    const std::size_t end = std::min(first + factor, stretch.last + 1);
-    if (m.linear_hold) {  // what lies between is a straight line
-      thin.input.row(i) = m.input.row(static_cast<Eigen::Index>(first));
-      continue;
-    }
-    double span = 0.0;
-    for (std::size_t k = first; k < end; ++k) span += held(m, stretch, k);
-    Eigen::RowVectorXd impulse = Eigen::RowVectorXd::Zero(m.input.cols()), moment = impulse, low = impulse,
-                       high = impulse;
-    double passed = 0.0;
-    low.setConstant(kInfinity);
-    high.setConstant(-kInfinity);
     const std::size_t before = first - stretch.first >= factor ? first - factor : stretch.first;
-    const std::size_t after = std::min(end + factor, stretch.last + 1);
-    for (std::size_t k = before; k < after; ++k) {
-      const auto u = m.input.row(static_cast<Eigen::Index>(k));
-      low = low.cwiseMin(u);
-      high = high.cwiseMax(u);
-      if (k < first || k >= end) continue;
-      const double h = held(m, stretch, k);
-      impulse += h * u;
-      moment += h * (passed + 0.5 * h - 0.5 * span) * u;
-      passed += h;
+    const std::size_t after = std::min(end_of(first) + factor, stretch.last + 1);
+    const auto around =
+        m.input.middleRows(static_cast<Eigen::Index>(before), static_cast<Eigen::Index>(after - before));
+    if (((thin.input.row(i) - around.colwise().minCoeff() + slack).array() < 0.0).any() ||
+        ((around.colwise().maxCoeff() - thin.input.row(i) + slack).array() < 0.0).any()) {
+      return std::nullopt;
     }
-    const bool full = end - first == factor;
-    const Eigen::RowVectorXd handed =
-        full ? Eigen::RowVectorXd(moment / span) : Eigen::RowVectorXd::Zero(m.input.cols());
-    if (keep == Keep::moment) impulse += carried - handed;
-    carried = handed;
-    thin.input.row(i) = impulse / span;
-    if (keep == Keep::mean) continue;
-    const bool within = ((thin.input.row(i) - low + slack).array() >= 0.0).all() &&
-                        ((high - thin.input.row(i) + slack).array() >= 0.0).all();
-    if (!within) return std::nullopt;
   }
   return thin;
 }
@@ -207,13 +233,22 @@ Shown shown_by(const Plant& nominal, const Measured& m, const Measured& less, co
   return sum;
 }
 
-void add(Measured& all, const Measured& part) {
-  const Eigen::Index before = all.position.rows(), more = part.position.rows();
+void append(Eigen::MatrixXd& rows, const Eigen::MatrixXd& more) {
+  rows.conservativeResize(rows.rows() + more.rows(), more.cols());
+  rows.bottomRows(more.rows()) = more;
+}
+
+void append(FineInput& all, const FineInput& part, Eigen::Index before) {
+  append(all.input, part.input);
+  for (const Eigen::Index sample : part.stays) all.stays.push_back(before + sample);
+  all.own.insert(all.own.end(), part.own.begin(), part.own.end());
+  all.late.insert(all.late.end(), part.late.begin(), part.late.end());
+}
+
+void append(Measured& all, const Measured& part) {
   all.time.insert(all.time.end(), part.time.begin(), part.time.end());
-  all.position.conservativeResize(before + more, part.position.cols());
-  all.input.conservativeResize(before + more, part.input.cols());
-  all.position.bottomRows(more) = part.position;
-  all.input.bottomRows(more) = part.input;
+  append(all.position, part.position);
+  append(all.input, part.input);
 }
 
 /// The whole recording by one factor, and how much that shows.
@@ -226,6 +261,7 @@ struct Thinned {
 std::optional<Thinned> thinned_by(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
                                   const Eigen::VectorXd& noise) {
   Measured all{m.name, {}, {}, {}, m.start, m.linear_hold};
+  FineInput fine;
   Shown sum;
   double samples = 0.0;
   for (const Segment& stretch : stretches(m, r)) {
@@ -234,8 +270,10 @@ std::optional<Thinned> thinned_by(const Plant& nominal, const Measured& m, std::
     const Measured less = recording_of(m, *thin);
     sum += shown_by(nominal, m, less, *thin, noise, kSettings.motion.segment);
     samples += static_cast<double>(less.position.size());
-    add(all, less);
+    if (!m.linear_hold) append(fine, thin->fine, all.position.rows());
+    append(all, less);
   }
+  if (!m.linear_hold) all.fine = std::make_shared<const FineInput>(std::move(fine));
   return Thinned{std::move(all), sum.moved, sum.left - 5.0 * std::sqrt(2.0 * samples)};
 }
 

@@ -156,7 +156,8 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
   const Measured& m = data_[recording];
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
-  const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint);
+  const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint,
+                    m.fine.get());
   const std::vector<double>& switches = drive.switches();
   constexpr std::size_t kFine = 8;  // means over a step resolve switches within it
   std::size_t segment = 0;

@@ -145,6 +145,7 @@ LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& 
     rows_ += rows;
   }
   target_.resize(rows_);
+  log_scale_.setZero(rows_);
   for (std::size_t w = 0; w < targets.size(); ++w) target_.segment(offset_[w], targets[w].size()) = targets[w];
   noise_ratio_ = (fast.array() / fast_count.array().max(1.0)).sqrt();
 }
@@ -164,6 +165,7 @@ LinearResponse LinearResponse::with_process_noise(const Eigen::VectorXd& intensi
     for (Eigen::Index j = 0; j < joints_; ++j)
       covariance += intensity[j] * intensity[j] * process_noise_covariance(w, j);
     const Cholesky root(covariance);
+    result.log_scale_.segment(offset_[w], map_[w].rows()) += root.log_diagonal();
     result.map_[w] = root.whitened(map_[w]);
     result.projection_[w] = root.whitened(projection_[w]);
     result.target_.segment(offset_[w], map_[w].rows()) =

@@ -33,6 +33,9 @@ class LinearResponse {
   /// acceleration times root of time). Rows are then white for a model that lacks nothing else.
   LinearResponse with_process_noise(const Eigen::VectorXd& intensity) const;
 
+  /// Logarithms of what each row was divided by when it was whitened: with half their squares the rows' likelihood.
+  const Eigen::VectorXd& log_scale() const { return log_scale_; }
+
   /// The most probable intensities where `residual` is left.
   Eigen::VectorXd likely_intensity(const Eigen::VectorXd& residual) const;
 
@@ -61,7 +64,7 @@ class LinearResponse {
   std::vector<Eigen::MatrixXd> projection_;        // per window: rows x (samples * joints), the same order
   std::vector<Eigen::MatrixXd> start_;             // per window: states x (samples * joints), least squares,
   std::vector<Eigen::MatrixXd> by_initial_state_;  // and (samples * joints) x states, what it does to positions
-  Eigen::VectorXd target_;
+  Eigen::VectorXd target_, log_scale_;
   Eigen::VectorXd noise_ratio_;
   Eigen::Index rows_ = 0;
 };

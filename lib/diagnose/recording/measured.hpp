@@ -1,8 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "physics/machine/drive.hpp"
 
 namespace bayesctrl {
 
@@ -12,8 +15,9 @@ struct Measured {
   std::vector<double> time;  // s since its start, increasing
   Eigen::MatrixXd position;  // as the sensor shows it
   Eigen::MatrixXd input;
-  double start = 0.0;        // time stamp of the first sample in the file, s
-  bool linear_hold = false;  // the input runs straight from sample to sample instead of being held
+  double start = 0.0;                       // time stamp of the first sample in the file, s
+  bool linear_hold = false;                 // the input runs straight from sample to sample instead of being held
+  std::shared_ptr<const FineInput> fine{};  // the inputs of which `input` is the sum, where samples were left out
 
   std::size_t samples() const { return time.size(); }
 };

@@ -32,17 +32,16 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
   return std::min_element(ranked.begin(), ranked.end())->second;
 }
 
-/// Evidence of candidates beside a random force; probabilities and ranks among those of at most `numbers` unknowns.
+/// Evidence of candidates beside process noise; probabilities and ranks among those of at most `numbers` unknowns.
 /// What has many more can be no alternative. All but the first then have the parameters that the evidence is of.
-void rank_with_process_noise(Explanation& explanation, const FitProblem& measured, const LinearResponse& white,
-                             std::size_t numbers) {
-  std::map<std::string, Fit> settled;
+void rank_with_process_noise(Explanation& explanation, const FitProblem& measured, std::size_t numbers) {
+  std::map<std::string, BesideNoise> settled;
   for (Candidate& candidate : explanation.candidates) {
     candidate.fit.log_evidence = -kInfinity;
     if (candidate.fit.unknowns.size() > numbers + std::size_t{kSettings.verdict.many_more}) continue;
-    const Fit fit = fit_with_process_noise(measured, white, candidate.fit);
-    candidate.fit.log_evidence = fit.log_evidence;
-    settled.emplace(key(fit.effects), fit);
+    BesideNoise one = beside_likely_noise(measured, candidate.fit);
+    candidate.fit.log_evidence = one.fit.log_evidence;
+    settled.emplace(key(one.fit.effects), std::move(one));
   }
   const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
   const auto more_probable = [&](const Candidate& a, const Candidate& b) {
@@ -51,20 +50,20 @@ void rank_with_process_noise(Explanation& explanation, const FitProblem& measure
   std::vector<Candidate>& candidates = explanation.candidates;
   std::iter_swap(candidates.begin(), std::min_element(candidates.begin(), candidates.end(), more_probable));
   const double highest = explanation.best().fit.log_evidence;
-  const Fit& best = settled.at(key(explanation.best().fit.effects));
+  const BesideNoise& best = settled.at(key(explanation.best().fit.effects));
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     Fit& fit = candidates[i].fit;
     const auto its = settled.find(key(fit.effects));
     if (its == settled.end() || fit.log_evidence == -kInfinity) continue;
     if (!fit.effects.empty()) {
-      fit.plant = its->second.plant;
-      fit.effects = its->second.effects;
-      fit.unknowns = its->second.unknowns;
-      fit.covariance = its->second.covariance;
+      fit.plant = its->second.fit.plant;
+      fit.effects = its->second.fit.effects;
+      fit.unknowns = its->second.fit.unknowns;
+      fit.covariance = its->second.fit.covariance;
     }
     if (fit.log_evidence > highest) continue;
-    const Eigen::VectorXd more = its->second.residual.cwiseAbs2() - best.residual.cwiseAbs2();
-    fit.log_evidence = highest - vuong_bounded(highest - fit.log_evidence, 0.5 * more);
+    fit.log_evidence =
+        highest - vuong_bounded(highest - fit.log_evidence, best.log_likelihood() - its->second.log_likelihood());
   }
   std::sort(candidates.begin() + 1, candidates.end(), more_probable);
   double sum = 0.0;
@@ -183,13 +182,10 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   };
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
   const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
-  const auto beside_force = [&](const Fit& fit) {
-    return measured.response.with_process_noise(likely_intensity(measured, fit));
-  };
-  rank_with_process_noise(explanation, measured, beside_force(worthwhile), worthwhile.unknowns.size());
+  rank_with_process_noise(explanation, measured, worthwhile.unknowns.size());
 
   Fit& best = explanation.candidates.front().fit;
-  const Fit settled = fit_with_process_noise(measured, beside_force(best), best);
+  const Fit settled = beside_likely_noise(measured, best).fit;
   const double before = beyond_noise(best), evidence = best.log_evidence;
   best.covariance = settled.covariance;
   try {

@@ -1,16 +1,18 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "physics/effects/joint_state.hpp"
 
 namespace bayesctrl {
 
-/// Torque -stiffness (q - position) - damping v beyond position: above it if position >= 0, below it otherwise.
+/// Torque -stiffness (q - position) - damping v beyond position: above it if position >= 0, below it otherwise. A stop
+/// pushes and never pulls: where the damping would hold back what leaves it, there is no torque.
 struct HardStop {
   static constexpr std::string_view kName = "hard_stop";
   static constexpr std::string_view kEquation =
-      "torque -= {stiffness} (q - {position}) + {damping} v beyond {position}";
+      "torque -= {stiffness} (q - {position}) + {damping} v beyond {position}, where that pushes back";
   static constexpr std::string_view kText = "a bumper or end stop that the joint runs into";
   double position = 1.0;
   double stiffness = 100.0;
@@ -23,10 +25,13 @@ struct HardStop {
     field("damping", self.damping, {kPositive, "N m s/rad", "of the stop", kRequired});
   }
 
+  double side() const { return position >= 0.0 ? 1.0 : -1.0; }
+
+  double depth_at(double q) const { return side() * (q - position); }
+  double contact_rate(double mobility) const { return std::max(std::sqrt(stiffness * mobility), damping * mobility); }
   double torque_at(const JointState& s) const {
-    const double depth = s.position - position;
-    const bool inside = position >= 0.0 ? depth > 0.0 : depth < 0.0;
-    return inside ? -stiffness * depth - damping * s.velocity : 0.0;
+    const double depth = depth_at(s.position);
+    return depth >= 0.0 ? -side() * std::max(0.0, stiffness * depth + damping * side() * s.velocity) : 0.0;
   }
 
   static std::vector<Shape<HardStop>> shapes(const OperatingRange& s) {

@@ -30,24 +30,47 @@ Drive::Drive(const std::vector<Effect>& effects, int joint) {
   play_.resize(effects_.size(), 0.0);
 }
 
+Eigen::VectorXd FineInput::held(const Eigen::VectorXd& values, Eigen::Index samples) const {
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(samples + 1);  // and what the last hands on
+  for (std::size_t k = 0; k < stays.size(); ++k) {
+    const double value = values[static_cast<Eigen::Index>(k)];
+    sums[stays[k]] += own[k] * value;
+    sums[stays[k] + 1] += late[k] * value;
+  }
+  return sums.head(samples);
+}
+
 Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-             int joint)
+             int joint, const FineInput* fine)
     : Drive(effects, joint) {
-  for (std::size_t k = 0; k < time.size(); ++k) append(time[k], input[k]);
+  if (fine == nullptr || effects_.empty()) {
+    for (std::size_t k = 0; k < time.size(); ++k) append(time[k], input[k]);
+    return;
+  }
+  if (delay_ > 0.0) hold(time.front(), mapped(0.0));
+  Eigen::VectorXd values = fine->input.col(joint);
+  for (double& u : values) u = mapped(u);
+  values = fine->held(values, static_cast<Eigen::Index>(time.size()));
+  for (std::size_t k = 0; k < time.size(); ++k) hold(time[k] + delay_, values[static_cast<Eigen::Index>(k)]);
+}
+
+double Drive::mapped(double u) {
+  for (std::size_t i = 0; i < effects_.size(); ++i) {
+    u = effects_[i].transform(u);
+    if (effects_[i].roles().play) u = play_[i] = effects_[i].follow(u, play_[i]);
+  }
+  return u;
+}
+
+void Drive::hold(double time, double mapped) {
+  if (lag_ > 0.0) lagged_.push_back(time_.empty() ? mapped : at(time_.size() - 1, time));
+  time_.push_back(time);
+  held_.push_back(mapped);
 }
 
 void Drive::append(double time, double input) {
-  const auto add = [&](double t, double u) {
-    for (std::size_t i = 0; i < effects_.size(); ++i) {
-      u = effects_[i].transform(u);
-      if (effects_[i].roles().play) u = play_[i] = effects_[i].follow(u, play_[i]);
-    }
-    if (lag_ > 0.0) lagged_.push_back(time_.empty() ? u : at(time_.size() - 1, t));
-    time_.push_back(t);
-    held_.push_back(u);
-  };
-  if (delay_ > 0.0 && time_.empty()) add(time, 0.0);
-  add(time + delay_, input);
+  if (delay_ > 0.0 && time_.empty()) hold(time, mapped(0.0));
+  hold(time + delay_, mapped(input));
 }
 
 double Drive::at(std::size_t index, double t) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "physics/effect.hpp"
@@ -14,6 +15,17 @@ struct Line {
 /// The line that has the mean and the first moment of value exp(-s / tau) over s in [0, h].
 Line decaying(double value, double tau, double h);
 
+/// Inputs of a recording of which samples were left out since. What a sample that stayed holds is a weighted sum of
+/// them, and a map of the input acts on each of them before.
+struct FineInput {
+  Eigen::MatrixXd input;            // as it was recorded: rows x joints
+  std::vector<Eigen::Index> stays;  // of each row: the sample that holds it,
+  std::vector<double> own, late;    // its weight in that one, and in the next
+
+  /// What `samples` samples hold of a value of each row.
+  Eigen::VectorXd held(const Eigen::VectorXd& values, Eigen::Index samples) const;
+};
+
 /// The input of one joint as the machine feels it: constant between switches, behind a first-order lag if there is one.
 /// It depends on the given input alone, never on the motion.
 class Drive {
@@ -22,9 +34,10 @@ class Drive {
   /// is 0; a play rests at 0; a lag has settled on the first value.
   Drive(const std::vector<Effect>& effects, int joint);
 
-  /// A whole recording: `input` [k] is held from `time` [k] on.
+  /// A whole recording: `input` [k] is held from `time` [k] on; `fine`: of what it is the sum, if samples were left
+  /// out.
   Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-        int joint);
+        int joint, const FineInput* fine = nullptr);
 
   /// `input` is held from `time` on, which must increase.
   void append(double time, double input);
@@ -42,6 +55,10 @@ class Drive {
   Line over(std::size_t index, double t, double h) const;
 
  private:
+  /// What maps and plays make of an input, in the order of time.
+  double mapped(double input);
+  void hold(double time, double mapped);
+
   std::vector<EffectForm> effects_;  // on this input, in order
   std::vector<double> play_;         // output of each effect that is a play
   double delay_ = 0.0;

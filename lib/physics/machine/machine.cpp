@@ -21,6 +21,7 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     if (roles.dry_friction) dry_[static_cast<std::size_t>(effect.joint)] = true;
     if (roles.lag) lag_[effect.joint] = form.lag();
     if (roles.timed) switch_times_.push_back(form.switch_time());
+    if (roles.contact) contacts_.push_back(slots_.size());
     added_inertia_[effect.joint] += form.added_inertia();
     tilt_[effect.joint] += form.tilt();
     bears_load_ |= roles.feels_load;
@@ -35,10 +36,11 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
   std::sort(switch_times_.begin(), switch_times_.end());
 }
 
-std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const {
+std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
+                                   const FineInput* fine) const {
   std::vector<Drive> list;
   for (int j = 0; j < joints_; ++j) {
-    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j);
+    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine);
   }
   return list;
 }

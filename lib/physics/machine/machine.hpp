@@ -22,7 +22,7 @@ struct HiddenStates {
 /// A plant with additional physics: M(q) q'' = plant's torques + effects. Integrated by the classical Runge-Kutta
 /// method of fourth order with steps of at most `max_step`, cut at every switch of the input and at every stop of a
 /// joint, so that dry friction sticks exactly: at v = 0 the joint rests while the other torques stay within what
-/// friction holds.
+/// friction holds. They are cut where a joint meets or leaves a stop too, and are as short as a stop is stiff.
 class Machine {
  public:
   Machine(const Plant& plant, std::vector<Effect> effects, Remainder remainder = {});
@@ -32,7 +32,8 @@ class Machine {
   const Remainder& remainder() const { return remainder_; }
 
   /// Drives of all joints for one recording; `input`: samples x joints.
-  std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input) const;
+  std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
+                            const FineInput* fine = nullptr) const;
 
   /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
   /// and the `hidden` states at time[first]. With `states` also the true [q, v] of each sample.
@@ -94,6 +95,8 @@ class Machine {
   template <int kJoints>
   double fine_step(const StateOf<kJoints>& state, const Moment& moment, bool goes_on) const;
   template <int kJoints>
+  double contact_step(const StateOf<kJoints>& state, const Moment& moment, double max_step) const;
+  template <int kJoints>
   StateOf<kJoints> step(const StateOf<kJoints>& state, const Moment& moment, double h) const;
   template <int kJoints>
   void settle(StateOf<kJoints>& state, Moment& moment) const;
@@ -123,7 +126,8 @@ class Machine {
   bool hidden_settle_ = true;           // each can say how it settles: none needs the rates of all stages
   std::vector<int> slots_;              // of each effect: where its hidden state begins
   bool has_added_inertia_ = false, has_tilt_ = false;
-  std::vector<double> switch_times_;  // of timed effects, increasing
+  std::vector<std::size_t> contacts_;  // effects that begin where a joint touches something
+  std::vector<double> switch_times_;   // of timed effects, increasing
 };
 
 }  // namespace bayesctrl

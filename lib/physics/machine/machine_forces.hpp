@@ -132,7 +132,7 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
     const EffectRoles& roles = form.roles();
     if (roles.timed) {  // steps end at its switch: what holds at their beginning holds throughout
       torque[j] += form.torque_at({.time = moment.t});
-    } else if (roles.torque) {
+    } else if (roles.torque && (!roles.contact || moment.touches(e))) {
       torque[j] += form.torque_at(here);
     }
     if (roles.dry_friction) friction[j] += form.sliding(here);

@@ -13,9 +13,12 @@ namespace bayesctrl {
 namespace {
 
 constexpr int kStopIterations = 30;     // of the search for the instant at which a joint stops
-constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands
+constexpr double kStopped = 1e-13;      // rad/s: below this a joint stands; rad: so near it touches
 constexpr double kShortestStep = 3e-4;  // s
 constexpr int kMostStops = 16;          // within one step; beyond that joints that stand rest until its end
+constexpr int kMostTouches = 64;        // that are found exactly, likewise; beyond that a step may go across one
+constexpr double kContactPart = 0.125;  // of the time in which a contact swings or settles: a step within it
+constexpr double kContactSteps = 50.0;  // of the longest step: a contact asks for no shorter one
 
 int sign_of(double x) { return x > 0.0 ? 1 : x < 0.0 ? -1 : 0; }
 
@@ -39,6 +42,31 @@ double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, b
     limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(here)));
   }
   return std::max(limit, kShortestStep);
+}
+
+/// Longest step that resolves the contacts in which joints are, and that ends where another begins.
+template <int kJoints>
+double Machine::contact_step(const StateOf<kJoints>& state, const Moment& moment, double max_step) const {
+  const double shortest = max_step / kContactSteps;
+  double limit = kInfinity;
+  for (const std::size_t e : contacts_) {
+    const int j = effects_[e].joint;
+    const double depth = effects_[e].form.depth(state.q[j]);
+    if (depth < 0.0) {
+      const double inwards = effects_[e].form.depth(state.q[j] + state.v[j]) - depth;  // of a second
+      if (inwards > 0.0) limit = std::min(limit, std::max(-depth / inwards, shortest));
+      continue;
+    }
+    const auto here = motion_of<kJoints>(plant_, state.q, state.v, input_at<kJoints>(moment, moment.t), moment.t);
+    const double step = kContactPart / effects_[e].form.contact_rate(here.mobility(j, j));
+    if (step < shortest) {
+      throw NumericalError(std::string(effects_[e].form.name()) + " in joint " + std::to_string(j + 1) +
+                           " is stiffer than can be followed: it asks for steps of " + format(step, 2) +
+                           " s, and none is shorter than " + format(shortest, 2) + " s");
+    }
+    limit = std::min(limit, step);
+  }
+  return limit;
 }
 
 /// One Runge-Kutta step of length h in the present regime.
@@ -112,18 +140,28 @@ void Machine::settle(StateOf<kJoints>& state, Moment& moment) const {
 /// From moment.t to `end`, within which no drive switches.
 template <int kJoints>
 void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const {
-  int stops = 0;
+  int stops = 0, touches = 0;
+  const auto touch = [&] {
+    moment.touched.resize(contacts_.empty() ? 0 : effects_.size());
+    for (const std::size_t e : contacts_) {
+      moment.touched[e] = effects_[e].form.depth(state.q[effects_[e].joint]) >= 0.0;
+    }
+  };
+  touch();
   settle(state, moment);
   while (end - moment.t > 1e-12 * (1.0 + std::abs(end))) {
+    touch();
     const double left = end - moment.t;
-    double h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, true)));
+    const double most = std::min(max_step, contact_step(state, moment, max_step));
+    double h = left / std::ceil(left / std::min(most, fine_step(state, moment, true)));
     StateOf<kJoints> next = step(state, moment, h);
     if (hidden_count_ > 0 && (next.v.array() * state.v.array() <= 0.0).any()) {
-      h = left / std::ceil(left / std::min(max_step, fine_step(state, moment, false)));
+      h = left / std::ceil(left / std::min(most, fine_step(state, moment, false)));
       next = step(state, moment, h);
     }
 
     int stopping = -1;
+    const EffectForm* contact = nullptr;
     double fraction = 1.0;
     for (int j = 0; j < kJoints; ++j) {
       const auto slot = static_cast<std::size_t>(j);
@@ -134,21 +172,38 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
         stopping = j;
       }
     }
-    if (stopping < 0) {
+    int touching = -1;
+    for (const std::size_t e : contacts_) {
+      const int j = effects_[e].joint;
+      const double from = effects_[e].form.depth(state.q[j]), to = effects_[e].form.depth(next.q[j]);
+      if (from * to >= 0.0 || touches > kMostTouches) continue;
+      const double guess = from / (from - to);
+      if (guess < fraction) {
+        fraction = guess;
+        contact = &effects_[e].form;
+        touching = j;
+      }
+    }
+    if (stopping < 0 && contact == nullptr) {
       state = next;
       moment.t += h;
       continue;
     }
 
-    // The instant at which the joint stops, by the Illinois variant of the false position.
-    const int direction = moment.direction[static_cast<std::size_t>(stopping)];
-    double low = 0.0, high = h, at_low = state.v[stopping] * direction, at_high = next.v[stopping] * direction;
+    // The instant at which that happens, by the Illinois variant of the false position.
+    const double begins = contact == nullptr ? moment.direction[static_cast<std::size_t>(stopping)]
+                          : contact->depth(state.q[touching]) > 0.0 ? 1.0
+                                                                    : -1.0;
+    const auto ahead = [&](const StateOf<kJoints>& at) {  // positive until then
+      return begins * (contact == nullptr ? at.v[stopping] : contact->depth(at.q[touching]));
+    };
+    double low = 0.0, high = h, at_low = ahead(state), at_high = ahead(next);
     double instant = fraction * h;
     StateOf<kJoints> stopped = state;
     for (int i = 0; i < kStopIterations && high - low > 1e-14 * h; ++i) {
       instant = at_low > at_high ? std::clamp(low + (high - low) * at_low / (at_low - at_high), low, high) : low;
       stopped = step(state, moment, instant);
-      const double value = stopped.v[stopping] * direction;
+      const double value = ahead(stopped);
       if (std::abs(value) <= kStopped) break;
       if (value > 0.0) {
         low = instant;
@@ -161,8 +216,15 @@ void Machine::advance(StateOf<kJoints>& state, Moment& moment, double end, doubl
       }
     }
     state = instant > 0.0 ? stopped : state;
-    state.v[stopping] = 0.0;
     moment.t += instant;
+    if (contact != nullptr) {  // on the other side, by as little as counts
+      const double q = state.q[touching], depth = contact->depth(q);
+      const double beyond = std::max(kStopped, 1e-15 * std::abs(q));
+      state.q[touching] += (-begins * beyond - depth) * (contact->depth(q + 1.0) > depth ? 1.0 : -1.0);
+      ++touches;
+      continue;
+    }
+    state.v[stopping] = 0.0;
     settle(state, moment);
     if (++stops > kMostStops) {  // joints that set one another free without end
       for (int j = 0; j < kJoints; ++j) {

@@ -38,9 +38,12 @@ struct Machine::Moment {
   const std::vector<Drive>* drives = nullptr;
   std::array<std::size_t, kMaxJoints> segment{};
   std::array<int, kMaxJoints> direction{};
+  std::vector<char> touched;                  // of each effect: whether its contact acts in this step
   double begin = 0.0;                         // when the lags departed
   JointSlots departure = JointSlots::Zero();  // by how much, then
   Remainder::Memory memory;
+
+  bool touches(std::size_t effect) const { return effect < touched.size() && touched[effect] != 0; }
 };
 
 /// With a slot for every joint that a machine may have.

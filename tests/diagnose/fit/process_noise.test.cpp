@@ -69,6 +69,30 @@ TEST_CASE("A response beside no random force is the response", "[diagnose][proce
   CHECK(much < 0.01 * response.target().squaredNorm());
 }
 
+TEST_CASE("Evidence is highest beside the noise that is likely, and so is that of the law that was hidden",
+          "[diagnose][process_noise]") {
+  const std::vector<Measured> data{shaken(11)};
+  const auto beside_law = [&](const EffectForm& law) {
+    const ExplainOptions options{{law.index()}, {}};
+    const Explanation found = explain(kPendulum, data, options);
+    const FitProblem problem = problem_about(*found.measured, found, data, options);
+    const Fit& best = found.best().fit;
+    const BesideNoise settled = beside_likely_noise(problem, best);
+    INFO(law.name());
+    CHECK(settled.log_likelihood().sum() > settled.fit.log_evidence);  // less the price of numbers
+    const Eigen::VectorXd likely = likely_intensity(problem, best);
+    for (const double factor : {0.0, 0.5, 0.8, 1.25, 2.0}) {
+      const LinearResponse white = problem.response.with_process_noise(factor * likely);
+      INFO("intensity times " << factor);
+      CHECK(fit_with_process_noise(problem, white, best).log_evidence < settled.fit.log_evidence);
+    }
+    return settled.fit.log_evidence;
+  };
+  const double hidden = beside_law(CoulombFriction{});
+  CHECK(hidden > beside_law(CubicSpring{}) + 10.0);
+  CHECK(hidden > beside_law(ViscousFriction{}) + 3.0);
+}
+
 TEST_CASE("Of two models that are equally wrong one seems better by three nats no more often than it may",
           "[diagnose][process_noise]") {
   constexpr int kDraws = 20000, kRows = 7;

@@ -69,6 +69,55 @@ TEST_CASE("A free run has the model's effects", "[physics]") {
   });
 }
 
+TEST_CASE("A slide bounces off a stop as a spring of any stiffness throws it back", "[physics]") {
+  const double side = GENERATE(1.0, -1.0), stiffness = GENERATE(10.0, 1e3, 1e5, 1e7);
+  const HardStop stop{.position = 0.2 * side, .stiffness = stiffness, .damping = 1e-9};
+  const Recording run =
+      free_run({Mass{}, {{stop, 0}}}, Eigen::Vector2d(0.0, side), {0.0, 1.37, 3.0}, Eigen::MatrixXd::Zero(3, 1));
+  INFO("stiffness " << stiffness);  // it meets the stop after 0.2 s and leaves it half a swing later
+  const double contact = 3.141592653589793 / std::sqrt(stiffness);
+  CHECK(run.position(2, 0) * side == Approx(0.2 - (3.0 - 0.2 - contact)).margin(1e-4));
+  CHECK(run.velocity(2, 0) * side == Approx(-1.0).margin(1e-4));
+}
+
+TEST_CASE("A stop pushes and never pulls, however it is damped", "[physics]") {
+  const double damping = GENERATE(0.1, 3.0, 20.0, 200.0);
+  std::vector<double> time;
+  for (int k = 0; k <= 3000; ++k) time.push_back(1e-3 * k);
+  const Model slide{Mass{}, {{HardStop{.position = 0.2, .stiffness = 100.0, .damping = damping}, 0}}};
+  const Recording run = free_run(slide, Eigen::Vector2d(0.0, 1.0), time, Eigen::MatrixXd::Zero(3001, 1));
+  for (Eigen::Index k = 1; k < run.samples(); ++k) CHECK(run.velocity(k, 0) <= run.velocity(k - 1, 0) + 1e-12);
+  CHECK(run.velocity(3000, 0) < 0.0);
+  CHECK(run.velocity(3000, 0) > -1.0);
+}
+
+TEST_CASE("A run ends wherever its stops are and however they are met", "[physics]") {
+  for (const double place : {1e-12, 0.5, 40.0, 3e5}) {
+    for (const double speed : {1e-9, 1.0, 1e4}) {
+      // Pushed on by turns, between two stops of which one touches the other.
+      const Model slide{Mass{}, {{HardStop{place, 1e4, 5.0}, 0}, {HardStop{place + 1e-14, 1e3, 50.0}, 0}}};
+      std::vector<double> time;
+      Eigen::MatrixXd input(200, 1);
+      for (int k = 0; k < 200; ++k) {
+        time.push_back(0.01 * k);
+        input(k, 0) = k / 20 % 2 == 0 ? 50.0 : -50.0;
+      }
+      const Recording run = free_run(slide, Eigen::Vector2d(place - 1e-3, speed), time, input);
+      INFO("stops at " << place << ", met at " << speed);
+      CHECK(run.position.allFinite());
+    }
+  }
+}
+
+TEST_CASE("A stop that no step can follow is refused", "[physics]") {
+  const Model slide{Mass{}, {{HardStop{.position = 0.2, .stiffness = 1e12, .damping = 1.0}, 0}}};
+  const auto run = [&](double v) {
+    return free_run(slide, Eigen::Vector2d(0.0, v), {0.0, 1.0}, Eigen::MatrixXd::Zero(2, 1));
+  };
+  CHECK_THROWS_WITH(run(1.0), Catch::Contains("hard_stop in joint 1 is stiffer than can be followed"));
+  CHECK(run(-1.0).position(1, 0) == Approx(-1.0));  // it is never met
+}
+
 TEST_CASE("A free run that fits not its plant is the caller's error, one that diverges a numerical one", "[physics]") {
   const Model model{Mass{}};
   CHECK_THROWS_AS(free_run(model, Eigen::Vector4d::Zero(), kTime, column({0, 0, 0, 0})), std::invalid_argument);
