@@ -10,6 +10,7 @@
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "io/table.hpp"
+#include "physics/catalogue.hpp"
 #include "physics/machine/machine.hpp"
 
 using namespace bayesctrl;
@@ -120,6 +121,39 @@ TEST_CASE("Thinned inputs keep the impulse and stay within the range of what the
   straight.linear_hold = true;
   const Measured less = decimated(kLoosePendulum, {straight}, Eigen::VectorXd::Constant(1, 1e-2), 200.0).front();
   for (Eigen::Index k = 0; k < less.input.rows(); ++k) CHECK(less.input(k, 0) == straight.input(5 * k, 0));
+}
+
+TEST_CASE("Maps of the input act on what was recorded, not on its mean over the samples that are left out",
+          "[diagnose][decimate]") {
+  // A noisy controller: between two samples that stay its input is on both sides of every edge.
+  for (const EffectForm& map : {EffectForm{InputSaturation{2.0}}, EffectForm{InputDeadZone{1.5}},
+                                EffectForm{Backlash{2.0}}, EffectForm{InputGain{1.3}}}) {
+    Measured whole = recorded(kLoosePendulum, 2000.0, 4.0, 3);
+    RandomStream random(9);
+    for (double& u : whole.input.reshaped()) u += 2.0 * draw_normal(random);
+    const Machine machine(kLoosePendulum, {{map, 0}});
+    const StateVector start = StateVector::Zero(2);
+    const auto run = [&](const Measured& m, const FineInput* fine) {
+      return machine.run(start, m.time, machine.drives(m.time, m.input, fine), 0, m.samples() - 1, 1e-3);
+    };
+    const double noise = 1e-3;
+    const Measured less = decimated(kLoosePendulum, {whole}, Eigen::VectorXd::Constant(1, noise), 200.0).front();
+    REQUIRE(less.samples() < whole.samples() / 4);
+    REQUIRE(less.fine != nullptr);
+    CHECK(less.fine->held(less.fine->input.col(0), less.input.rows()).isApprox(less.input.col(0)));
+    const Eigen::MatrixXd exact = run(whole, nullptr);
+    const auto apart = [&](const Eigen::MatrixXd& q) {
+      double most = 0.0;
+      for (std::size_t k = 0, at = 0; k < less.samples(); ++k) {
+        while (whole.time[at] < less.time[k]) ++at;
+        most = std::max(most, std::abs(q(static_cast<Eigen::Index>(k), 0) - exact(static_cast<Eigen::Index>(at), 0)));
+      }
+      return most;
+    };
+    INFO(map.name());
+    CHECK(apart(run(less, less.fine.get())) < 3.0 * noise);
+    if (!map.roles().gain) CHECK(apart(run(less, nullptr)) > 10.0 * noise);
+  }
 }
 
 TEST_CASE("An arm that is sampled at 500 Hz and lacks nothing is told so", "[diagnose][decimate][slow]") {
