@@ -32,9 +32,9 @@ std::vector<std::pair<std::string, std::vector<std::size_t>>> groups(const Table
 }
 
 /// A table over time, a group for each text in the columns `by`, the last of which is the recording:
-/// [{set, recording, t, joints: [{column: curve}]}]. Empty where there is no file.
-ordered_json recordings(const fs::path& path, const std::vector<std::string>& by,
-                        const std::vector<std::string>& columns) {
+/// [{set, recording, t, joints: [{column: curve}]}]. Empty where there is no file; without columns that it lacks, but
+/// the first.
+ordered_json recordings(const fs::path& path, const std::vector<std::string>& by, std::vector<std::string> columns) {
   ordered_json list = ordered_json::array();
   if (!fs::exists(path)) return list;
   const std::string file = path.string();
@@ -42,6 +42,7 @@ ordered_json recordings(const fs::path& path, const std::vector<std::string>& by
   const int joints = joints_of(table, columns.front());
   if (joints == 0) throw DataError(Location{file}, "has no column '" + columns.front() + "'");
   std::map<std::string, std::vector<double>> values{{"t", numbers(table, "t", file)}};
+  std::erase_if(columns, [&](const std::string& column) { return table.find(numbered(column, 0, joints)) == nullptr; });
   for (const std::string& column : columns) {
     for (int j = 0; j < joints; ++j) {
       const std::string name = numbered(column, j, joints);
@@ -66,12 +67,13 @@ ordered_json recordings(const fs::path& path, const std::vector<std::string>& by
 
 std::string diagnosis_page(const fs::path& folder) {
   const Diagnosis d = read_diagnosis(folder / "diagnosis.json");
-  return page(d.name, assets::k_diagnosis_js,
-              {{"sentence", sentence(d)},
-               {"diagnosis", to_json(d)},
-               {"origin", origin(folder)},
-               {"runs", recordings(folder / "fit.csv", {"set", "recording"}, {"measured", "before", "after"})},
-               {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v"})}});
+  return page(
+      d.name, assets::k_diagnosis_js,
+      {{"sentence", sentence(d)},
+       {"diagnosis", to_json(d)},
+       {"origin", origin(folder)},
+       {"runs", recordings(folder / "fit.csv", {"set", "recording"}, {"measured", "before", "after"})},
+       {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v", "u", "law"})}});
 }
 
 }  // namespace bayesctrl

@@ -220,6 +220,22 @@ Eigen::MatrixXd Forcing::acceleration(const Plant& other, std::size_t recording)
   return result;
 }
 
+Eigen::MatrixXd Forcing::torque(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const {
+  Eigen::MatrixXd result = acceleration(other, recording) + acceleration(effects, recording);
+  for (int j = 0; j < joints_; ++j) {
+    const bool rubs = std::any_of(effects.begin(), effects.end(), [&](const Effect& effect) {
+      return effect.joint == j && effect.form.roles().dry_friction;
+    });
+    if (rubs) result += held(j, recording);
+  }
+  for (Eigen::Index k = 0; k + 1 < result.rows(); ++k) {
+    const Point& p = points_[recording][static_cast<std::size_t>(k) * parts_ + parts_ / 2];
+    result.row(k) = inverse_dynamics<Eigen::Dynamic>(p.mobility, JointVector(result.row(k).transpose())).transpose();
+  }
+  if (result.rows() > 1) result.bottomRows(1) = result.row(result.rows() - 2);  // nothing follows the last sample
+  return result;
+}
+
 Eigen::MatrixXd Forcing::acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const {
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);

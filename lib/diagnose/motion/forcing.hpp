@@ -31,6 +31,10 @@ class Forcing {
   /// Acceleration along the motion of one plant less that of the nominal: the effect of its parameters.
   Eigen::MatrixXd acceleration(const Plant& other, std::size_t recording) const;
 
+  /// What another plant with effects adds along the motion, as torques of the nominal's joints (samples x joints); dry
+  /// friction holds what it has to while a joint rests.
+  Eigen::MatrixXd torque(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
+
   /// Any torque in one joint as a function of its state, in the midst of each step.
   Eigen::MatrixXd acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const;
 

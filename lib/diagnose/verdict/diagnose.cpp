@@ -300,6 +300,14 @@ std::vector<Measured> thinned(const Plant& plant, const std::vector<Measured>& r
                    kSettings.motion.samples_per_period * options.fastest_mode);
 }
 
+/// What a model adds to the nominal along the motion: samples x joints, of each recording.
+std::vector<Eigen::MatrixXd> explained_torque(const Search& search, const Fit& fit) {
+  const Forcing forcing(search.nominal, search.data, search.smoothed);
+  std::vector<Eigen::MatrixXd> list;
+  for (std::size_t r = 0; r < search.data.size(); ++r) list.push_back(forcing.torque(fit.plant, fit.effects, r));
+  return list;
+}
+
 /// RMS error of free runs of the nominal; infinite where it cannot be simulated.
 double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
   const Plant& nominal = *spec.model.plant;
@@ -445,7 +453,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     unconfirmed.push_back(models.after.effects[e]);
   }
   doubt_in_time(diagnosis, unconfirmed);
-  result.missing_torque = torque_table(data, found.smoothed, diagnosis.units);
+  result.missing_torque = torque_table(data, found.smoothed, explained_torque(found, judgement.fit), diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit);
 }
 

@@ -12,7 +12,7 @@ namespace bayesctrl {
 struct Diagnosed {
   Diagnosis diagnosis;           // diagnosis.json
   nlohmann::ordered_json model;  // model.yaml: plant, parameters, effects, remainder, signals; null without
-  Table missing_torque;          // t, recording, d and its band per joint
+  Table missing_torque;          // recording, t, d with its band and what explains it, per joint
   Table runs;                    // fit.csv: measured beside simulated by the nominal and the corrected model
 };
 

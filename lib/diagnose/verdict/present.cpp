@@ -137,7 +137,7 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
 }
 
 Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed,
-                   const std::vector<JointUnits>& units) {
+                   const std::vector<Eigen::MatrixXd>& law, const std::vector<JointUnits>& units) {
   const Eigen::Index joints = data.front().position.cols();
   Table table;
   table.columns.push_back({"recording", "", recording_cells(data)});
@@ -151,6 +151,11 @@ Table torque_table(const std::vector<Measured>& data, const std::vector<Trajecto
     add("sd", unit.torque, &Trajectory::torque_sd);
     add("q", unit.position, &Trajectory::position);
     add("v", unit.velocity, &Trajectory::velocity);
+  }
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    const JointUnits& unit = units[static_cast<std::size_t>(j)];
+    table.columns.push_back({numbered("u", j, joints), unit.input, joined(data, j, &Measured::input)});
+    table.columns.push_back({numbered("law", j, joints), unit.torque, joined(law, j)});
   }
   return table;
 }

@@ -36,9 +36,10 @@ ExplainedEffect shown_effect(const Fit& fit, std::size_t e, const std::vector<Me
 /// model.yaml.
 nlohmann::ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit);
 
-/// missing_torque.csv: recording, t, torque with its standard deviation, position and velocity of each joint.
+/// missing_torque.csv: recording, t, torque with its standard deviation, position and velocity of each joint; then its
+/// input and what the stated model makes of it all, `law` (samples x joints, of each recording).
 Table torque_table(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed,
-                   const std::vector<JointUnits>& units);
+                   const std::vector<Eigen::MatrixXd>& law, const std::vector<JointUnits>& units);
 
 /// Adds recordings to fit.csv: measured beside simulated by the nominal and the corrected model.
 void add_runs(Table& table, std::string_view set, const std::vector<Measured>& data, const FreeRuns& before,

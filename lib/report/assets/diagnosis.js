@@ -121,6 +121,68 @@ const mismatch = () => {
   });
 };
 
+// What is missing against what it may depend on, the stated law through it, and beside it what the law leaves.
+const kDots = 2500, kUnsure = 4;  // points of a panel; standard deviations, in the median, of points that are left out
+const scatter = (place, caption, labels, xs, within, series) => {
+  const kept = xs.map((_, i) => i).filter(i => xs[i] !== null && within.every(values => values[i] !== null));
+  if (!kept.length) return;
+  const every = Math.max(1, Math.ceil(kept.length / kDots)), shown = kept.filter((_, n) => n % every === 0);
+  const wide = ([a, b]) => [a - 0.05 * (b - a || 1), b + 0.05 * (b - a || 1)];
+  const frame = axes(
+      caption, wide(range([shown.map(i => xs[i])])), wide(range(within.map(values => shown.map(i => values[i])))),
+      labels);
+  for (const s of series) {
+    const dots = shown.map(i => `M${frame.px(xs[i]).toFixed(1)} ${frame.py(s.values[i]).toFixed(1)}h0`).join("");
+    frame.svg.append(element("path", {
+      d: dots,
+      stroke: `var(--${s.colour})`,
+      "stroke-width": s.width,
+      "stroke-linecap": "round",
+      "stroke-opacity": s.opacity,
+      fill: "none"
+    }));
+  }
+  figure(place, frame.svg, caption);
+};
+
+const law = () => {
+  const runs = data.torque.filter(r => r.joints[0].law);
+  if (!runs.length || !d.mismatch.detected) return;
+  const part = section(main, "What the missing torque looks like");
+  const causes = {velocity: ["v", "velocity"], position: ["q", "position"], input: ["u", "input"], time: ["t", "time"]};
+  const names = Object.keys(causes).sort((a, b) => (d.mismatch.depends_on[b] ?? 0) - (d.mismatch.depends_on[a] ?? 0));
+  // Friction is drawn against velocity: the past, which it seems to depend on, is no axis.
+  const first = d.explanation.effects.some(e => e.name.includes("friction") || e.name.includes("drag")) ?
+      names.indexOf("velocity") :
+      0;
+  choice(part, "Against", names, (i, place) => {
+    const [column, label] = causes[names[i]];
+    for (let j = 0; j < joints; ++j) {
+      const of = key => runs.flatMap(r => key === "t" ? r.t : r.joints[j][key]);
+      const sd = of("sd"), usual = sd.filter(x => x !== null).sort((a, b) => a - b)[Math.floor(sd.length / 2)];
+      const torque = of("torque").map((x, k) => sd[k] > kUnsure * usual ? null : x), said = of("law");
+      const left = torque.map((x, k) => x === null || said[k] === null ? null : x - said[k]);
+      const says = said.some(x => x !== null && x !== 0);
+      const who = joints > 1 ? `Joint ${j + 1}: what` : "What", units = d.units[j];
+      const across = with_unit(label, column === "t" ? "s" : units[label]);
+      const labels = [across, with_unit("torque", units.torque)], within = says ? [torque, said] : [torque],
+            pair = element("div", {class: "pair"});
+      scatter(
+          pair, `${who} the nominal lacks (grey)${says ? " and what the stated law says (blue)" : ""}.`, labels,
+          of(column), within, [
+            {values: torque, colour: "grey", width: 3, opacity: 0.45},
+            ...(says ? [{values: said, colour: "blue", width: 3, opacity: 0.9}] : [])
+          ]);
+      if (says) {
+        scatter(
+            pair, `${who} that law leaves, on the same scale.`, labels, of(column), within,
+            [{values: left, colour: "orange", width: 3, opacity: 0.45}]);
+      }
+      place.append(pair);
+    }
+  }, first);
+};
+
 const explanation = () => {
   const effects = d.explanation.effects;
   if (!effects.length && !d.alternatives.length && !d.remainder) return;
@@ -228,13 +290,16 @@ const rest = () => {
       feedback: "goes before the input: a closed loop",
       change: "its size changes in time (CUSUM)"
     };
-    section(main, "Is what is left only noise?")
-        .append(table(
-            "Tests of the residual", ["test", "p, nominal", "p, explained", "meaning of a small p"],
-            Object.entries(tests).map(
-                ([name, text]) =>
-                    [words(name), p_cell(d.residual.before[name].p_value), p_cell(d.residual.after[name].p_value),
-                     text])));
+    const part = section(main, "Is what is left only noise?");
+    const found = Object.keys(tests).filter(name => d.residual.after[name].p_value <= kLeastP);
+    part.append(paragraph(
+        found.length ? `No: ${found.map(name => tests[name]).join("; ")}.` :
+                       "Yes, as far as these tests can tell: none finds more than chance would."));
+    part.append(table(
+        "Tests of the residual", ["test", "p, nominal", "p, explained", "meaning of a small p"],
+        Object.entries(tests).map(
+            ([name, text]) =>
+                [words(name), p_cell(d.residual.before[name].p_value), p_cell(d.residual.after[name].p_value), text])));
   }
 };
 
@@ -242,6 +307,7 @@ main.append(paragraph(data.sentence, "verdict"));
 if (d.reason) main.append(paragraph(d.reason, "soft"));
 fit();
 mismatch();
+law();
 doubts();
 explanation();
 parameters();

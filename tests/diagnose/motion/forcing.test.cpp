@@ -6,6 +6,7 @@
 
 #include "physics/catalogue.hpp"
 #include "physics/effect_law.hpp"
+#include "physics/parameters.hpp"
 #include "support/compare.hpp"
 #include "support/families.hpp"
 
@@ -200,6 +201,24 @@ TEST_CASE("Effects on the input act one after the other, by what they change of 
     }
     CHECK(relative(of({ActuatorLag{kLag}}), changed([&](std::size_t k) { return mean[k]; })) < 2e-3);
   }
+}
+
+TEST_CASE("What a model adds to the nominal is a torque of its joints", "[diagnose][motion]") {
+  const Swings swings(kArm);
+  const Forcing forcing = swings.forcing();
+  CHECK(forcing.torque(kArm, {}, 0).isZero());
+  const Effect bias{ConstantBias{0.3}, 0}, coulomb{CoulombFriction{0.4}, 1};
+  const Eigen::MatrixXd torque = forcing.torque(kArm, {bias, coulomb}, 0);
+  REQUIRE(torque.rows() == forcing.data()[0].position.rows());
+  CHECK(largest_difference(torque.col(0), Eigen::VectorXd::Constant(torque.rows(), 0.3)) < 1e-4);
+  CHECK(torque.col(1).cwiseAbs().maxCoeff() < 0.4 + 1e-3);
+  const auto& v = forcing.paths()[0].velocity;
+  for (Eigen::Index k = 0; k + 1 < torque.rows(); ++k) {
+    if (v(k, 1) * v(k + 1, 1) > 0.01) CHECK(torque(k, 1) == Approx(v(k, 1) > 0.0 ? -0.4 : 0.4).epsilon(1e-3));
+  }
+  Plant heavier = kArm;
+  set_parameter(heavier, "inertia2", 1.5 * parameter(kArm, "inertia2"));
+  CHECK(forcing.torque(heavier, {}, 0).col(1).norm() > 0.0);
 }
 
 TEST_CASE("Torques of a set add up, and what rubs under load feels the springs beside it", "[diagnose][motion]") {

@@ -76,15 +76,17 @@ TEST_CASE("An effect is shown with its values, their deviations and the recordin
 TEST_CASE("Tables hold every sample of every recording and joint in its place", "[diagnose][present]") {
   const std::vector<Measured> data = numbered_recordings();
   std::vector<Trajectory> smoothed;
+  std::vector<Eigen::MatrixXd> law;
   FreeRuns before, after;
   for (const Measured& m : data) {
     const Eigen::MatrixXd& x = m.position;
     smoothed.push_back({(x.array() + 1e3).matrix(), (x.array() + 2e3).matrix(), (x.array() + 3e3).matrix(), x,
                         (x.array() + 4e3).matrix()});
+    law.push_back((x.array() + 7e3).matrix());
     before.simulated.push_back((x.array() + 5e3).matrix());
     after.simulated.push_back((x.array() + 6e3).matrix());
   }
-  const Table torque = torque_table(data, smoothed, kSlideAndHinge);
+  const Table torque = torque_table(data, smoothed, law, kSlideAndHinge);
   Table runs;
   add_runs(runs, "train", data, before, after, kSlideAndHinge);
   add_runs(runs, "held_out", data, before, after, kSlideAndHinge);
@@ -106,6 +108,8 @@ TEST_CASE("Tables hold every sample of every recording and joint in its place", 
         CHECK(cell(torque, "v" + joint, row) == Cell(x + 2e3));
         CHECK(cell(torque, "torque" + joint, row) == Cell(x + 3e3));
         CHECK(cell(torque, "sd" + joint, row) == Cell(x + 4e3));
+        CHECK(cell(torque, "law" + joint, row) == Cell(x + 7e3));
+        CHECK(cell(torque, "u" + joint, row) == Cell(m.input(k, j)));
         CHECK(cell(runs, "measured" + joint, row + 5) == Cell(x));
         CHECK(cell(runs, "before" + joint, row) == Cell(x + 5e3));
         CHECK(cell(runs, "after" + joint, row) == Cell(x + 6e3));
