@@ -541,7 +541,9 @@ struct VerdictSettings {
     field("many_more", self.many_more,
           {kPositive, "numbers", "a set with more than these beyond the best is no alternative to it"});
     field("contradicted", self.contradicted,
-          {kPositive, "error", "of free runs: parameters with process noise that make it larger are not taken"});
+          {kPositive, "error",
+           "of free runs: parameters with process noise that make it larger are not taken, nor a remainder that does "
+           "where it is held out"});
     field("band", self.band, {kPositive, "sd", "of the missing torque, beyond which it is significant"});
     field("departed", self.departed, {kPositive, "noise", "between a recording and a simulation"});
     field("shortest", self.shortest, {kPositive, "s", "of an interval of missing torque"});

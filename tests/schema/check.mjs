@@ -95,7 +95,7 @@ const beyond = new RegExp([
   "needs exactly one|needs either|exactly one of|needs two bounds|needs two values|must not be 0|scale = 0 leaves",
   "from must be before to|shorter than one control_period|control calls, at most|is not a multiple",
   "is trained_from|is adaptive and needs|has a belief in which|simulation beside every|is also a training recording",
-  "No such file|the study has no controller|names that may be used",
+  "No such file|the study has no controller|names that may be used|free = .*allowed",
   "inertia '.*' is not positive|steps, at most|file is empty|is not known; known are",
   "low is above high|--set |there is no file|is empty|EXPERIMENT.CONTROLLER.METRIC|there is no '|write a comparison|no column '.*allowed",
 ].join("|"));

@@ -260,6 +260,20 @@ FitErrors compare(const Models& models, const Search& search, const std::vector<
   return errors;
 }
 
+/// Held-out recordings refuse a remainder with which they are predicted clearly worse than without: it was learnt where
+/// they are not.
+void drop_refuted_remainder(Judgement& judgement, const Search& search, const std::vector<Measured>& held_out) {
+  if (judgement.verdict != Verdict::unknown || judgement.remainder.empty() || held_out.empty()) return;
+  const Explanation& explanation = search.explanation;
+  const std::vector<Trajectory> paths = smooth_all(search.nominal, held_out, explanation.noise);
+  const auto error = [&](const Remainder& remainder) {
+    return free_runs({judgement.fit.plant, judgement.fit.effects, remainder}, held_out, paths, search.spec.horizon,
+                     true, explanation.max_step)
+        .rms;
+  };
+  if (error(judgement.remainder) > kSettings.verdict.contradicted * error({})) judgement.remainder = {};
+}
+
 Residual test_residuals(const Search& search, const AsGiven& given) {
   const FitProblem about_best = problem_about(search.about(), search.explanation, search.data, search.options);
   const std::vector<ResidualTests> tests = residual_tests(search.about(), search.data, search.explanation.noise,
@@ -430,6 +444,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
       doubted(judgement, found);
     }
   }
+  drop_refuted_remainder(judgement, found, compared(held_out));
   state(diagnosis, found, judgement);
 
   stage(80, "simulating the recordings");
