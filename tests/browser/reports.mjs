@@ -233,8 +233,10 @@ const look = async (browser, kind, file, shots) => {
         await shoot(page, shots, `${kind}-evolution-${colorScheme}`, ["Evolution", "Motion"]);
         await shoot(page, shots, `${kind}-maps-${colorScheme}`, ["What was learned"]);
       }
-      if (kind === "diagnosis" && device === "desk")
+      if (kind === "diagnosis" && device === "desk") {
         await shoot(page, shots, `diagnosis-fit-${colorScheme}`, ["Does it predict"]);
+        await shoot(page, shots, `diagnosis-law-${colorScheme}`, ["What the missing torque"]);
+      }
       if (kind === "trial" && device === "desk")
         await shoot(page, shots, `trial-matrix-${colorScheme}`, ["Which effect was said"]);
       await chooses(page, what);
