@@ -12,20 +12,22 @@ namespace {
 
 constexpr double kLookedAt = 1000.0;  // samples
 
-/// Squares of accelerations along a motion, of each joint: those of the velocity, and those at rest.
+/// Squares of accelerations along a motion, of each joint: what was seen, what a model says of the velocity, and at
+/// rest.
 struct Terms {
-  JointVector of_speed, at_rest;
+  JointVector seen, of_speed, at_rest;
 };
 
 Terms terms_of(const Model& model, const Kinematics& seen) {
   const int n = joints(model.plant);
-  Terms sum{JointVector::Zero(n), JointVector::Zero(n)};
+  Terms sum{JointVector::Zero(n), JointVector::Zero(n), JointVector::Zero(n)};
   double samples = 0.0;
   for (const Kinematics::Stretch& stretch : seen.stretches) samples += static_cast<double>(stretch.position.rows());
   const auto every = static_cast<Eigen::Index>(std::max(1.0, samples / kLookedAt));
   for (const Kinematics::Stretch& stretch : seen.stretches) {
     for (Eigen::Index k = 0; k < stretch.position.rows(); k += every) {
       const JointVector q = stretch.position.row(k), v = stretch.velocity.row(k);
+      sum.seen += JointVector(stretch.acceleration.row(k)).cwiseAbs2();
       const JointVector at_rest = affine(model, q, JointVector::Zero(n)).drift;
       sum.of_speed += (affine(model, q, v).drift - at_rest).cwiseAbs2();
       sum.at_rest += at_rest.cwiseAbs2();
@@ -40,13 +42,6 @@ std::optional<Cancelled> cancelled(const Fit& fit, const std::vector<Measured>& 
   if (fit.effects.empty()) return std::nullopt;
   const Kinematics seen = observe(data);
   const int n = joints(fit.plant);
-  JointVector motion = JointVector::Zero(n);
-  double samples = 0.0;
-  for (const Kinematics::Stretch& stretch : seen.stretches) {
-    motion += stretch.acceleration.colwise().squaredNorm().transpose();
-    samples += static_cast<double>(stretch.acceleration.rows());
-  }
-  motion *= std::min(1.0, kLookedAt / std::max(1.0, samples));
   const Terms whole = terms_of({fit.plant}, seen);
   std::vector<std::vector<Effect>> sets{fit.effects};
   if (fit.effects.size() > 1) {
@@ -56,7 +51,7 @@ std::optional<Cancelled> cancelled(const Fit& fit, const std::vector<Measured>& 
     const Terms left = terms_of({fit.plant, effects}, seen);
     for (int j = 0; j < n; ++j) {
       const auto undone = [&](const JointVector& before, const JointVector& after) {
-        return before[j] > kSettings.doubt.matters * motion[j] && after[j] < kSettings.doubt.undone * before[j];
+        return before[j] > kSettings.doubt.matters * whole.seen[j] && after[j] < kSettings.doubt.undone * before[j];
       };
       if (undone(whole.of_speed, left.of_speed)) return Cancelled{j, true};
       if (undone(whole.at_rest, left.at_rest)) return Cancelled{j, false};

@@ -29,14 +29,22 @@ std::string or_alike(const Diagnosis& d, const ExplainedEffect& effect) {
   return "";
 }
 
+/// "forward 167, backward 245 N s/m": the first, and what is of its kind.
+std::string in_words(const Named<Estimate>& parameters) {
+  const std::string& unit = parameters.items.front().second.unit;
+  std::string text;
+  for (const auto& [name, estimate] : parameters.items) {
+    if (!text.empty() && (unit.empty() || estimate.unit != unit)) continue;
+    text += (text.empty() ? "" : ", ") + in_words(name) + " " + format(estimate.value, 3);
+  }
+  return unit.empty() ? text : text + " " + unit;
+}
+
 /// "Coulomb friction or Stribeck friction in joint 2 (level 0.186 N m, 23 % of the error)".
 std::string in_words(const Diagnosis& d, const ExplainedEffect& effect, bool with_share) {
   std::string text = in_words(effect.name) + or_alike(d, effect), in_brackets;
   if (d.joints > 1) text += " in joint " + std::to_string(effect.joint);
-  if (!effect.parameters.items.empty()) {
-    const auto& [name, estimate] = effect.parameters.items.front();
-    in_brackets = in_words(name) + " " + format(estimate.value, 3) + (estimate.unit.empty() ? "" : " " + estimate.unit);
-  }
+  if (!effect.parameters.items.empty()) in_brackets = in_words(effect.parameters);
   if (with_share && effect.share) {
     in_brackets += (in_brackets.empty() ? "" : ", ") + share_text(*effect.share) + " of the error";
   }

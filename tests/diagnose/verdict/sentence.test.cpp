@@ -92,3 +92,13 @@ TEST_CASE("An ambiguous set is said as a whole, with its probability", "[diagnos
       "Something is missing, most probably Coulomb friction or Stribeck friction in joint 1 (level 0.2 N m) and input "
       "gain in joint 2 (gain 1.1) (40 %), but not surely.");
 }
+
+TEST_CASE("Numbers of one kind are said together, others are left to the list", "[diagnose]") {
+  Diagnosis d = slide();
+  d.explanation.effects = {effect("asymmetric_friction", 1, "forward", 0.0, "N s/m", 0.99, 0.9)};
+  d.explanation.effects[0].parameters.items.emplace_back("backward", Estimate{77.9, 1.0, "N s/m"});
+  CHECK_THAT(sentence(d), Catch::Contains("asymmetric friction (forward 0, backward 77.9 N s/m)"));
+  d.explanation.effects = {effect("hard_stop", 1, "position", 0.25, "m", 0.99, 0.9)};
+  d.explanation.effects[0].parameters.items.emplace_back("stiffness", Estimate{400.0, 1.0, "N/m"});
+  CHECK_THAT(sentence(d), Catch::Contains("hard stop (position 0.25 m)"));
+}
