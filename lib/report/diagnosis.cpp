@@ -32,9 +32,10 @@ std::vector<std::pair<std::string, std::vector<std::size_t>>> groups(const Table
 }
 
 /// A table over time, a group for each text in the columns `by`, the last of which is the recording:
-/// [{set, recording, t, joints: [{column: curve}]}]. Empty where there is no file; without columns that it lacks, but
-/// the first.
-ordered_json recordings(const fs::path& path, const std::vector<std::string>& by, std::vector<std::string> columns) {
+/// [{set, recording, t, joints: [{column: curve}]}]. Empty where there is no file. `newer`: columns that files of
+/// earlier versions lack.
+ordered_json recordings(const fs::path& path, const std::vector<std::string>& by, std::vector<std::string> columns,
+                        const std::vector<std::string>& newer = {}) {
   ordered_json list = ordered_json::array();
   if (!fs::exists(path)) return list;
   const std::string file = path.string();
@@ -42,7 +43,9 @@ ordered_json recordings(const fs::path& path, const std::vector<std::string>& by
   const int joints = joints_of(table, columns.front());
   if (joints == 0) throw DataError(Location{file}, "has no column '" + columns.front() + "'");
   std::map<std::string, std::vector<double>> values{{"t", numbers(table, "t", file)}};
-  std::erase_if(columns, [&](const std::string& column) { return table.find(numbered(column, 0, joints)) == nullptr; });
+  for (const std::string& column : newer) {
+    if (table.find(numbered(column, 0, joints)) != nullptr) columns.push_back(column);
+  }
   for (const std::string& column : columns) {
     for (int j = 0; j < joints; ++j) {
       const std::string name = numbered(column, j, joints);
@@ -73,7 +76,7 @@ std::string diagnosis_page(const fs::path& folder) {
        {"diagnosis", to_json(d)},
        {"origin", origin(folder)},
        {"runs", recordings(folder / "fit.csv", {"set", "recording"}, {"measured", "before", "after"})},
-       {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v", "u", "law"})}});
+       {"torque", recordings(folder / "missing_torque.csv", {"recording"}, {"torque", "sd", "q", "v"}, {"u", "law"})}});
 }
 
 }  // namespace bayesctrl

@@ -33,8 +33,9 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 }
 
 /// Evidence of candidates beside process noise; probabilities and ranks among those of at most `numbers` unknowns.
-/// What has many more can be no alternative. All but the first then have the parameters that the evidence is of.
-void rank_with_process_noise(Explanation& explanation, const FitProblem& measured, std::size_t numbers) {
+/// What has many more can be no alternative. All but the first then have the parameters that the evidence is of; those
+/// of the first are returned.
+Fit rank_with_process_noise(Explanation& explanation, const FitProblem& measured, std::size_t numbers) {
   std::map<std::string, BesideNoise> settled;
   for (Candidate& candidate : explanation.candidates) {
     candidate.fit.log_evidence = -kInfinity;
@@ -72,6 +73,7 @@ void rank_with_process_noise(Explanation& explanation, const FitProblem& measure
     sum += candidate.probability;
   }
   for (Candidate& candidate : explanation.candidates) candidate.probability /= sum;
+  return best.fit;
 }
 
 }  // namespace
@@ -182,10 +184,9 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   };
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
   const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
-  rank_with_process_noise(explanation, measured, worthwhile.unknowns.size());
+  const Fit settled = rank_with_process_noise(explanation, measured, worthwhile.unknowns.size());
 
   Fit& best = explanation.candidates.front().fit;
-  const Fit settled = beside_likely_noise(measured, best).fit;
   const double before = beyond_noise(best), evidence = best.log_evidence;
   best.covariance = settled.covariance;
   try {
