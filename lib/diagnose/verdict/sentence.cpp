@@ -56,6 +56,8 @@ bool is_certain(const ExplainedEffect& effect) { return effect.inclusion.value_o
 /// Whether an effect is there, but hardly matters.
 bool is_trace(const ExplainedEffect& effect) { return effect.share && *effect.share < kSettings.verdict.trace; }
 
+bool weighs(const ExplainedEffect& effect) { return is_certain(effect) && !is_trace(effect); }
+
 /// Those of them that are wanted.
 std::string in_words(const Diagnosis& d, const std::function<bool(const ExplainedEffect&)>& wanted, bool with_share) {
   std::vector<std::string> list;
@@ -88,14 +90,20 @@ std::string depends(const CauseShares& on) {
   return "depends on " + (cause == Cause::history ? "what was before" : "the " + std::string(to_name(cause))) + " most";
 }
 
+/// " There are traces of ...": of what is certain but hardly matters.
+std::string traces(const Diagnosis& d) {
+  const std::string text = in_words(d, [](const ExplainedEffect& e) { return is_certain(e) && is_trace(e); }, true);
+  return text.empty() ? "" : " There are traces of " + text + ".";
+}
+
 /// What is certain, what else there is, and what may be part of it.
 std::string unexplained(const Diagnosis& d) {
-  const std::string certain = in_words(d, is_certain, true), perhaps = in_words(d, std::not_fn(is_certain), false);
+  const std::string certain = in_words(d, weighs, true), perhaps = in_words(d, std::not_fn(is_certain), false);
   std::string on = depends(certain.empty() || !d.remainder ? d.mismatch.depends_on : d.remainder->depends_on);
   if (!on.empty()) on = certain.empty() ? "; it " + on : ", which " + on;
   std::string text = certain.empty() ? "Something is missing that no known effect explains"
                                      : "Certain: " + certain + ". Something else is missing";
-  text += on + ".";
+  text += on + "." + traces(d);
   return perhaps.empty() ? text : text + " Perhaps part of it: " + perhaps + ".";
 }
 
@@ -105,9 +113,8 @@ std::string lacking(const Diagnosis& d) {
   const std::string text = effects.size() == 1 ? effects.front().text : "";
   const bool only_traces = std::ranges::all_of(effects, is_trace);
   const auto main = [&](const ExplainedEffect& e) { return is_certain(e) && (only_traces || !is_trace(e)); };
-  const std::string traces = only_traces ? "" : in_words(d, is_trace, false);
   return "The model lacks " + in_words(d, main, false) + (text.empty() ? "" : ": " + text) + "." +
-         (traces.empty() ? "" : " There are traces of " + traces + ".") + gain(d);
+         (only_traces ? "" : traces(d)) + gain(d);
 }
 
 }  // namespace
@@ -118,9 +125,9 @@ std::string sentence(const Diagnosis& d) {
     case Verdict::named:
       return lacking(d) + " Probability " + sure + ".";
     case Verdict::ambiguous: {
-      const std::string certain = in_words(d, is_certain, false), rest = in_words(d, std::not_fn(is_certain), false);
+      const std::string certain = in_words(d, weighs, false), rest = in_words(d, std::not_fn(is_certain), false);
       return "Something is missing, most probably " + certain + (certain.empty() || rest.empty() ? "" : " and ") +
-             rest + " (" + sure + "), but not surely.";
+             rest + " (" + sure + "), but not surely." + traces(d);
     }
     case Verdict::nothing_missing:
       return d.mismatch.explained_by_parameters

@@ -63,9 +63,21 @@ TEST_CASE("What is there but hardly matters is told as a trace, not as an equal"
   d.explanation.effects.push_back(effect("input_gain", 1, "gain", 1.00024, "", 0.99, 1e-5));
   CHECK_THAT(sentence(d),
              Catch::StartsWith("The model lacks Coulomb friction (level 20.2 N). There are traces of input "
-                               "gain (gain 1). With it simulations err"));
+                               "gain (gain 1, 0.001 % of the error). With it simulations err"));
   d.explanation.effects.erase(d.explanation.effects.begin());
   CHECK_THAT(sentence(d), Catch::StartsWith("The model lacks input gain (gain 1)."));
+
+  Diagnosis beside = arm();  // and so beside a remainder
+  beside.explanation.effects.push_back(effect("backlash", 2, "width", 0.05, "N m", 0.99, 0.0022));
+  CHECK_THAT(sentence(beside), Catch::Contains("60 % of the error). Something else is missing, which depends on what "
+                                               "was before most. There are traces of backlash in joint 2 (width 0.05 "
+                                               "N m, 0.22 % of the error). Perhaps part of it: input gain"));
+  beside.verdict = Verdict::ambiguous;
+  CHECK_THAT(sentence(beside), Catch::EndsWith("but not surely. There are traces of backlash in joint 2 (width 0.05 "
+                                               "N m, 0.22 % of the error)."));
+  beside.verdict = Verdict::unknown;
+  beside.explanation.effects.erase(beside.explanation.effects.begin(), beside.explanation.effects.end() - 1);
+  CHECK_THAT(sentence(beside), Catch::StartsWith("Something is missing that no known effect explains"));
 }
 
 TEST_CASE("What is certain beside a remainder comes first, then what else there is and what may be part of it",

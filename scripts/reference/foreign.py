@@ -1,0 +1,300 @@
+#!/usr/bin/python3
+"""Recordings of machines with concealed effects by a simulator that shares no code with the project, and what became of them.
+
+    scripts/reference/foreign.py draw OUT --seed 7 --sets 6 --effects 4
+    bayesctrl diagnose OUT/*/spec.yaml --out OUT/results --no-report
+    scripts/reference/foreign.py score OUT
+
+Each case is a pendulum or a slide with effects drawn from the laws below, each of 4 to 25 % of the torques' RMS; two
+recordings to learn from and one held out; OUT/NAME/truth.json keeps what was concealed. Classical Runge-Kutta in steps of
+0.25 ms; a joint with dry friction sticks and breaks away at instants found by bisection.
+
+    --family open      the sum of five sines as input
+             closed    a proportional-derivative controller follows such a sum: the input holds the sensor's noise
+             free      no input: let go from another position each time
+             short     one recording of 10 s at 50 Hz beside the one held out
+             quantised an encoder of 4096 counts a turn or 0.1 mm instead of noise
+"""
+
+import argparse
+import json
+import math
+import random
+from pathlib import Path
+
+STEP = 2.5e-4  # s
+INPUT_EFFECTS = {"actuator_lag", "input_saturation", "input_dead_zone", "backlash", "input_gain"}
+DRY = {"coulomb_friction", "stribeck_friction", "load_dependent_friction"}
+ALIKE = [  # laws of which no more than one is drawn: a recording hardly tells them apart
+    DRY, {"viscous_friction", "quadratic_drag", "asymmetric_friction"}, {"linear_spring", "cubic_spring", "gravity_tilt"},
+    {"input_saturation", "input_dead_zone", "backlash"}, {"input_gain", "added_inertia"},
+]
+KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "viscous_friction", "quadratic_drag",
+         "asymmetric_friction", "linear_spring", "cubic_spring", "constant_bias", "cogging_torque", "actuator_lag",
+         "input_saturation", "input_dead_zone", "backlash", "input_gain", "added_inertia"]
+
+
+class Machine:
+    """inertia q'' = u - friction v - gravity sin q, and the effects {name: parameters}."""
+
+    def __init__(self, rng, effects, family):
+        self.pendulum = rng.random() < 0.6 or family == "free"
+        if self.pendulum:
+            self.mass, self.length, self.friction = rng.uniform(0.5, 2), rng.uniform(0.4, 1.2), rng.uniform(0.05, 0.3)
+            self.inertia, self.gravity = self.mass * self.length ** 2, 9.81 * self.mass * self.length
+        else:
+            self.mass, self.friction = rng.uniform(1, 20), rng.uniform(0.5, 5)
+            self.inertia, self.gravity = self.mass, 0.0
+        self.effects = effects
+
+    def nominal(self):
+        if self.pendulum:
+            return {"length": self.length, "friction": self.friction, "mass": self.mass}
+        return {"mass": self.mass, "friction": self.friction}
+
+    def input(self, u, play):
+        """What the motor gives before its lag, and where the play is now."""
+        e = self.effects
+        if "input_gain" in e:
+            u *= e["input_gain"]["gain"]
+        if "backlash" in e:
+            play = min(max(play, u - e["backlash"]["width"]), u + e["backlash"]["width"])
+            u = play
+        if "input_dead_zone" in e:
+            u = math.copysign(max(abs(u) - e["input_dead_zone"]["width"], 0.0), u)
+        if "input_saturation" in e:
+            u = max(-e["input_saturation"]["limit"], min(e["input_saturation"]["limit"], u))
+        return u, play
+
+    def torque(self, q, v, u):
+        """All but dry friction."""
+        e = self.effects
+        f = u - self.friction * v - self.gravity * math.sin(q)
+        for name, p in e.items():
+            if name == "viscous_friction":
+                f -= p["coefficient"] * v
+            elif name == "quadratic_drag":
+                f -= p["coefficient"] * v * abs(v)
+            elif name == "asymmetric_friction":
+                f -= (p["forward"] if v > 0 else p["backward"]) * v
+            elif name == "linear_spring":
+                f -= p["stiffness"] * (q - p.get("centre", 0.0))
+            elif name == "cubic_spring":
+                f -= p["stiffness"] * q ** 3
+            elif name == "constant_bias":
+                f += p["torque"]
+            elif name == "cogging_torque":
+                f += p["amplitude"] * math.sin(p["order"] * q + p["phase"])
+        return f
+
+    def dry(self, q, v, u):
+        """Magnitude of dry friction at speed v, and what it holds at rest."""
+        e = self.effects
+        if "coulomb_friction" in e:
+            return (e["coulomb_friction"]["level"],) * 2
+        if "stribeck_friction" in e:
+            p = e["stribeck_friction"]
+            return p["coulomb"] + (p["static"] - p["coulomb"]) * math.exp(-(v / p["velocity"]) ** 2), p["static"]
+        if "load_dependent_friction" in e:
+            level = e["load_dependent_friction"]["k"] * abs(u + self.gravity * math.sin(q))
+            return level, level
+        return 0.0, 0.0
+
+    def run(self, start, command, seconds, rate):
+        """Positions and inputs at the samples; command(k, q, v) is held from sample k to the next."""
+        inertia = self.inertia + self.effects.get("added_inertia", {}).get("inertia", 0.0)
+        lag = self.effects.get("actuator_lag", {}).get("time_constant", 0.0)
+        substeps = max(1, round(1 / rate / STEP))
+        h = 1 / rate / substeps
+        q, v = start
+        u0 = command(0, q, v)
+        motor, play = self.input(u0, u0)
+        sign = 0 if v == 0 else int(math.copysign(1, v))
+        samples = []
+
+        def slope(q, v, z, target, sign):
+            friction = sign * self.dry(q, v, z)[0]
+            return v, (self.torque(q, v, z) - friction) / inertia, (target - z) / lag if lag else 0.0
+
+        def step(q, v, z, target, sign, h):
+            a = slope(q, v, z, target, sign)
+            b = slope(q + h / 2 * a[0], v + h / 2 * a[1], z + h / 2 * a[2], target, sign)
+            c = slope(q + h / 2 * b[0], v + h / 2 * b[1], z + h / 2 * b[2], target, sign)
+            d = slope(q + h * c[0], v + h * c[1], z + h * c[2], target, sign)
+            return tuple(x + h / 6 * (i + 2 * j + 2 * k + l) for x, i, j, k, l in zip((q, v, z), a, b, c, d))
+
+        sticks = any(name in DRY for name in self.effects)
+        for k in range(int(seconds * rate) + 1):
+            u = command(k, q, v)
+            samples.append((k / rate, q, u))
+            target, play = self.input(u, play)
+            if not lag:
+                motor = target
+            for _ in range(substeps):
+                rest = h
+                for _ in range(8):
+                    if sticks and sign == 0:
+                        f, holds = self.torque(q, 0.0, motor), self.dry(q, 0.0, motor)[1]
+                        if abs(f) <= holds:
+                            if lag:
+                                motor = target + (motor - target) * math.exp(-rest / lag)
+                            break
+                        sign = 1 if f > 0 else -1
+                    then = step(q, v, motor, target, sign, rest)
+                    if not sticks or then[1] * sign >= 0:
+                        q, v, motor = then
+                        break
+                    low, high = 0.0, rest  # comes to rest within the step
+                    for _ in range(40):
+                        middle = (low + high) / 2
+                        if step(q, v, motor, target, sign, middle)[1] * sign >= 0:
+                            low = middle
+                        else:
+                            high = middle
+                    q, _, motor = step(q, v, motor, target, sign, low)
+                    v, sign, rest = 0.0, 0, rest - low
+                    if rest <= 1e-12:
+                        break
+        return samples
+
+
+def draw_effects(rng, count, torque, speed, span, family):
+    """Parameters of `count` laws, each of 4 to 25 % of the torque."""
+    kinds, chosen = list(KINDS), []
+    if family == "free":
+        kinds = [k for k in kinds if k not in INPUT_EFFECTS and k != "load_dependent_friction"]
+    rng.shuffle(kinds)
+    for kind in kinds:
+        if len(chosen) == count:
+            break
+        if all(not ({kind, other} <= group) for group in ALIKE for other in chosen):
+            chosen.append(kind)
+    effects = {}
+    for kind in chosen:
+        s = rng.uniform(0.04, 0.25) * torque
+        effects[kind] = {
+            "coulomb_friction": lambda: {"level": s},
+            "stribeck_friction": lambda: {"coulomb": 0.7 * s, "static": 1.3 * s, "velocity": rng.uniform(0.05, 0.2) * speed},
+            "load_dependent_friction": lambda: {"k": rng.uniform(0.05, 0.25)},
+            "viscous_friction": lambda: {"coefficient": s / speed},
+            "quadratic_drag": lambda: {"coefficient": s / speed ** 2},
+            "asymmetric_friction": lambda: {"forward": 0.5 * s / speed, "backward": 1.5 * s / speed},
+            "linear_spring": lambda: {"stiffness": s / span},
+            "cubic_spring": lambda: {"stiffness": s / span ** 3},
+            "constant_bias": lambda: {"torque": s},
+            "cogging_torque": lambda: {"amplitude": s, "order": rng.uniform(3, 12) / max(span, 0.3), "phase": rng.uniform(0, 6.28)},
+            "actuator_lag": lambda: {"time_constant": rng.uniform(0.01, 0.06)},
+            "input_saturation": lambda: {"limit": rng.uniform(1.0, 1.5) * torque},
+            "input_dead_zone": lambda: {"width": s},
+            "backlash": lambda: {"width": s},
+            "input_gain": lambda: {"gain": rng.choice([0.8, 0.9, 1.1, 1.2])},
+            "added_inertia": lambda: {"inertia": None},
+        }[kind]()
+    return effects
+
+
+def sines(rng, amplitude, low, high):
+    parts = [(rng.uniform(0.4, 1), rng.uniform(low, high), rng.uniform(0, 6.28)) for _ in range(5)]
+    scale = amplitude / math.sqrt(sum(a * a for a, _, _ in parts) / 2)
+    return lambda t: scale * sum(a * math.sin(6.2832 * f * t + p) for a, f, p in parts)
+
+
+def draw(options):
+    for index in range(options.sets):
+        rng = random.Random(f"{options.seed} {options.family} {index}")
+        machine = Machine(rng, {}, options.family)
+        torque = 0.6 * machine.gravity if machine.pendulum else machine.inertia * rng.uniform(1, 3)  # RMS
+        speed, span = (2.0, 0.8) if machine.pendulum else (0.5, 0.3)
+        machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family)
+        if "added_inertia" in machine.effects:
+            machine.effects["added_inertia"]["inertia"] = rng.uniform(0.05, 0.3) * machine.inertia
+        short = options.family == "short"
+        rate, seconds = (50, 10) if short else (options.rate, options.seconds)
+        noise = 0.0 if options.family == "quantised" else options.noise * span
+        folder = options.out / f"{options.family}_{index:02}"
+        folder.mkdir(parents=True, exist_ok=True)
+        names = ["train1", "held1"] if short else ["train1", "train2", "held1"]
+        for name in names:
+            start = (rng.uniform(-0.5, 0.5) * span, rng.uniform(-0.5, 0.5) * speed)
+            if options.family == "free":
+                start = (rng.choice([-1, 1]) * rng.uniform(0.8, 2.2), 0.0)
+                command = lambda k, q, v: 0.0
+            elif options.family == "closed":
+                reference = sines(rng, 0.7 * span, 0.1, 0.8)
+                kp = 25 * machine.inertia
+                kd = 8 * machine.inertia
+                command = lambda k, q, v: kp * (reference(k / rate) - q - noise * rng.gauss(0, 1)) - kd * v
+            else:
+                wave = sines(rng, torque, 0.1, 1.5)
+                command = lambda k, q, v: wave(k / rate)
+            rows = machine.run(start, command, seconds, rate)
+            count = 2 * math.pi / 4096 if machine.pendulum else 1e-4
+            with open(folder / f"{name}.csv", "w") as file:
+                file.write("t,q,u\n")
+                for t, q, u in rows:
+                    seen = round(q / count) * count if options.family == "quantised" else q + noise * rng.gauss(0, 1)
+                    file.write(f"{t:.6f},{seen:.9f},{u:.7f}\n")
+        held = [f"{n}.csv" for n in names if n.startswith("held")]
+        train = [f"{n}.csv" for n in names if n.startswith("train")]
+        parameters = ", ".join(f"{k}: {v:.9g}" for k, v in machine.nominal().items())
+        (folder / "spec.yaml").write_text(
+            f"name: {folder.name}\nmodel:\n  plant: {'pendulum' if machine.pendulum else 'mass'}\n"
+            f"  parameters: {{{parameters}}}\nsignals: {{time: t, position: [q], input: [u]}}\n"
+            f"recordings: [{', '.join(train)}]\nheld_out: [{', '.join(held)}]\n")
+        (folder / "truth.json").write_text(json.dumps(machine.effects, indent=1) + "\n")
+
+
+def score(options):
+    tally = {"cases": 0, "stated": 0, "right": 0, "true": 0, "found": 0, "certain": 0, "false": 0, "left_named": 0.0}
+    verdicts = {}
+    for truth_file in sorted(options.out.glob("*/truth.json")):
+        name = truth_file.parent.name
+        truth = set(json.loads(truth_file.read_text()))
+        result = options.out / "results" / name / "diagnosis.json"
+        if not result.exists():
+            print(f"{name:16} no result; concealed {', '.join(sorted(truth))}")
+            continue
+        d = json.loads(result.read_text())
+        listed = {e["name"]: e.get("inclusion") or 0.0 for e in d["explanation"]["effects"]}
+        alike = [{label.split("@")[0] for label in group} for group in d.get("indistinguishable", [])]
+        same = lambda a, b: a == b or any({a, b} <= group for group in alike)
+        p = d["explanation"]["probability"] or 0.0
+        missed = [t for t in truth if not any(same(t, e) for e in listed)]
+        wrong = [e for e in listed if not any(same(t, e) for t in truth)]
+        certain = [e for e, sure in listed.items() if sure >= 0.9]
+        false = [e for e in certain if e in wrong]
+        error = d["fit"]["train"]["after"] or 0.0
+        left = error / max(d["fit"]["noise_floor"], 1e-12)
+        verdicts[d["verdict"]] = verdicts.get(d["verdict"], 0) + 1
+        tally["cases"] += 1
+        tally["true"] += len(truth)
+        tally["found"] += len([t for t in truth if any(same(t, e) for e in certain)])
+        tally["certain"] += len(certain)
+        tally["false"] += len(false)
+        if d["verdict"] == "named" and p >= 0.9:
+            tally["stated"] += 1
+            tally["right"] += not missed and not wrong
+            tally["left_named"] = max(tally["left_named"], left)
+        print(f"{name:16} {d['verdict']:15} p {p:.3f}  left {left:6.2f} noises  missed {missed}  wrong "
+              f"{[f'{e} {listed[e]:.2f}' for e in wrong]}  of {sorted(truth)}")
+    print(f"{tally['cases']} cases: {verdicts}; stated >= 0.9 {tally['stated']}, right {tally['right']}; largest remainder "
+          f"of those {tally['left_named']:.2f} noises; effects {tally['true']}, found with >= 0.9 {tally['found']}; "
+          f"certain {tally['certain']}, false {tally['false']}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["draw", "score"])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--sets", type=int, default=6)
+    parser.add_argument("--effects", type=int, default=4)
+    parser.add_argument("--family", choices=["open", "closed", "free", "short", "quantised"], default="open")
+    parser.add_argument("--rate", type=float, default=200.0, help="Hz")
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--noise", type=float, default=1e-4, help="share of the motion's RMS")
+    options = parser.parse_args()
+    {"draw": draw, "score": score}[options.what](options)
+
+
+main()
