@@ -92,7 +92,8 @@ std::string depends(const CauseShares& on) {
 
 /// " There are traces of ...": of what is certain but hardly matters.
 std::string traces(const Diagnosis& d) {
-  const std::string text = in_words(d, [](const ExplainedEffect& e) { return is_certain(e) && is_trace(e); }, true);
+  const std::string text = in_words(
+      d, [](const ExplainedEffect& e) { return is_certain(e) && is_trace(e); }, true);
   return text.empty() ? "" : " There are traces of " + text + ".";
 }
 
