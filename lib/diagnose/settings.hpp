@@ -202,6 +202,10 @@ struct SearchSettings {
   double screen_error = 1e-3;
   double possible = 6.0;
   double promise_error = 0.05;
+  double most = 0.01;
+  double stuck = 1.5;
+  double entangled = 0.9;
+  int most_entangled = 4;
   double relinearise = 1e-3;
   double least_gain = 1.0;
   double least_relative_gain = 0.005;
@@ -261,6 +265,15 @@ struct SearchSettings {
     field(
         "promise_error", self.promise_error,
         {kPositive, "", "part of what an effect explains by which its linear response may miss what takes its place"});
+    field("most", self.most,
+          {kPositive, "SSE of the nominal", "a set that leaves less is improved about its own motion first"});
+    field("stuck", self.stuck,
+          {kPositive, "SSE that the linear response promises",
+           "a part of the best that leaves more is fitted once more from there"});
+    field(
+        "entangled", self.entangled,
+        {between(0.0, 1.0), "", "correlation of two numbers, from which on others are tried in their effects' place"});
+    field("most_entangled", self.most_entangled, {kPositive, "", "such effects or pairs of them, the most entangled"});
     field("relinearise", self.relinearise,
           {kPositive, "p-value", "of the best, below which the motion is linearised about it"});
     field("least_gain", self.least_gain, {kPositive, "nats", "a round that gains less is the last"});

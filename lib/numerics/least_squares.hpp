@@ -100,6 +100,10 @@ LeastSquaresSummary least_squares(Problem& problem, Point& point, const LeastSqu
     for (int trial = 0; trial < options.max_trials; ++trial) {
       const Eigen::VectorXd step = bounded_step(model, damping);
       promise = promised_gain(model, step);
+      if (!std::isfinite(promise)) {  // nor has it one where its numbers overflow
+        summary.end = undefined;
+        return summary;
+      }
       if (promise <= options.least_promise * before) return summary;
       ++summary.evaluations;
       try {

@@ -6,7 +6,8 @@
     scripts/reference/foreign.py score OUT
 
 Each case is a pendulum or a slide with effects drawn from the laws below, each of 4 to 25 % of the torques' RMS; two
-recordings to learn from and one held out; OUT/NAME/truth.json keeps what was concealed. Classical Runge-Kutta in steps of
+recordings to learn from and one held out; OUT/NAME/truth.json keeps what was concealed, and by how many noises the first
+seconds would differ without it: at least ten. Classical Runge-Kutta in steps of
 0.25 ms; a joint with dry friction sticks and breaks away at instants found by bisection.
 
     --family open      the sum of five sines as input
@@ -96,7 +97,8 @@ class Machine:
             p = e["stribeck_friction"]
             return p["coulomb"] + (p["static"] - p["coulomb"]) * math.exp(-(v / p["velocity"]) ** 2), p["static"]
         if "load_dependent_friction" in e:
-            level = e["load_dependent_friction"]["k"] * abs(u + self.gravity * math.sin(q))
+            springs = e.get("linear_spring", {}).get("stiffness", 0.0) * q + e.get("cubic_spring", {}).get("stiffness", 0.0) * q ** 3
+            level = e["load_dependent_friction"]["k"] * abs(u + self.gravity * math.sin(q) + springs)
             return level, level
         return 0.0, 0.0
 
@@ -182,7 +184,7 @@ def draw_effects(rng, count, torque, speed, span, family):
             "linear_spring": lambda: {"stiffness": s / span},
             "cubic_spring": lambda: {"stiffness": s / span ** 3},
             "constant_bias": lambda: {"torque": s},
-            "cogging_torque": lambda: {"amplitude": s, "order": rng.uniform(3, 12) / max(span, 0.3), "phase": rng.uniform(0, 6.28)},
+            "cogging_torque": lambda: {"amplitude": s, "order": min(28.0, rng.uniform(3, 12) / max(span, 0.3)), "phase": rng.uniform(0, 6.28)},
             "actuator_lag": lambda: {"time_constant": rng.uniform(0.01, 0.06)},
             "input_saturation": lambda: {"limit": rng.uniform(1.0, 1.5) * torque},
             "input_dead_zone": lambda: {"width": s},
@@ -199,49 +201,73 @@ def sines(rng, amplitude, low, high):
     return lambda t: scale * sum(a * math.sin(6.2832 * f * t + p) for a, f, p in parts)
 
 
+def sizes(machine, rows, seconds, rate, unit):
+    """RMS by which a recording would differ in its first seconds without each effect, in units of the noise."""
+    result, (_, q0, _), (_, q1, _) = {}, rows[0], rows[1]
+    start, command = (q0, (q1 - q0) * rate), lambda k, q, v: rows[k][2]
+    machine_with, all_effects = machine.run(start, command, seconds, rate), machine.effects
+    for name in all_effects:
+        machine.effects = {n: p for n, p in all_effects.items() if n != name}
+        without = machine.run(start, command, seconds, rate)
+        result[name] = math.sqrt(sum((a[1] - b[1]) ** 2 for a, b in zip(machine_with, without)) / len(without)) / unit
+    machine.effects = all_effects
+    return result
+
+
 def draw(options):
     for index in range(options.sets):
-        rng = random.Random(f"{options.seed} {options.family} {index}")
-        machine = Machine(rng, {}, options.family)
-        torque = 0.6 * machine.gravity if machine.pendulum else machine.inertia * rng.uniform(1, 3)  # RMS
-        speed, span = (2.0, 0.8) if machine.pendulum else (0.5, 0.3)
-        machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family)
-        if "added_inertia" in machine.effects:
-            machine.effects["added_inertia"]["inertia"] = rng.uniform(0.05, 0.3) * machine.inertia
-        short = options.family == "short"
-        rate, seconds = (50, 10) if short else (options.rate, options.seconds)
-        noise = 0.0 if options.family == "quantised" else options.noise * span
-        folder = options.out / f"{options.family}_{index:02}"
-        folder.mkdir(parents=True, exist_ok=True)
-        names = ["train1", "held1"] if short else ["train1", "train2", "held1"]
-        for name in names:
-            start = (rng.uniform(-0.5, 0.5) * span, rng.uniform(-0.5, 0.5) * speed)
-            if options.family == "free":
-                start = (rng.choice([-1, 1]) * rng.uniform(0.8, 2.2), 0.0)
-                command = lambda k, q, v: 0.0
-            elif options.family == "closed":
-                reference = sines(rng, 0.7 * span, 0.1, 0.8)
-                kp = 25 * machine.inertia
-                kd = 8 * machine.inertia
-                command = lambda k, q, v: kp * (reference(k / rate) - q - noise * rng.gauss(0, 1)) - kd * v
-            else:
-                wave = sines(rng, torque, 0.1, 1.5)
-                command = lambda k, q, v: wave(k / rate)
-            rows = machine.run(start, command, seconds, rate)
-            count = 2 * math.pi / 4096 if machine.pendulum else 1e-4
-            with open(folder / f"{name}.csv", "w") as file:
-                file.write("t,q,u\n")
-                for t, q, u in rows:
-                    seen = round(q / count) * count if options.family == "quantised" else q + noise * rng.gauss(0, 1)
-                    file.write(f"{t:.6f},{seen:.9f},{u:.7f}\n")
-        held = [f"{n}.csv" for n in names if n.startswith("held")]
-        train = [f"{n}.csv" for n in names if n.startswith("train")]
-        parameters = ", ".join(f"{k}: {v:.9g}" for k, v in machine.nominal().items())
-        (folder / "spec.yaml").write_text(
-            f"name: {folder.name}\nmodel:\n  plant: {'pendulum' if machine.pendulum else 'mass'}\n"
-            f"  parameters: {{{parameters}}}\nsignals: {{time: t, position: [q], input: [u]}}\n"
-            f"recordings: [{', '.join(train)}]\nheld_out: [{', '.join(held)}]\n")
-        (folder / "truth.json").write_text(json.dumps(machine.effects, indent=1) + "\n")
+        attempt = 0
+        while not draw_one(options, index, attempt):  # until every effect shows
+            attempt += 1
+
+
+def draw_one(options, index, attempt):
+    rng = random.Random(f"{options.seed} {options.family} {index} {attempt}")
+    machine = Machine(rng, {}, options.family)
+    torque = 0.6 * machine.gravity if machine.pendulum else machine.inertia * rng.uniform(1, 3)  # RMS
+    speed, span = (2.0, 0.8) if machine.pendulum else (0.5, 0.3)
+    machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family)
+    if "added_inertia" in machine.effects:
+        machine.effects["added_inertia"]["inertia"] = rng.uniform(0.05, 0.3) * machine.inertia
+    short = options.family == "short"
+    rate, seconds = (50, 10) if short else (options.rate, options.seconds)
+    noise = 0.0 if options.family == "quantised" else options.noise * span
+    folder = options.out / f"{options.family}_{index:02}"
+    folder.mkdir(parents=True, exist_ok=True)
+    names = ["train1", "held1"] if short else ["train1", "train2", "held1"]
+    for name in names:
+        start = (rng.uniform(-0.5, 0.5) * span, rng.uniform(-0.5, 0.5) * speed)
+        if options.family == "free":
+            start = (rng.choice([-1, 1]) * rng.uniform(0.8, 2.2), 0.0)
+            command = lambda k, q, v: 0.0
+        elif options.family == "closed":
+            reference = sines(rng, 0.7 * span, 0.1, 0.8)
+            kp = 25 * machine.inertia
+            kd = 8 * machine.inertia
+            command = lambda k, q, v: kp * (reference(k / rate) - q - noise * rng.gauss(0, 1)) - kd * v
+        else:
+            wave = sines(rng, torque, 0.1, 1.5)
+            command = lambda k, q, v: wave(k / rate)
+        rows = machine.run(start, command, seconds, rate)
+        count = 2 * math.pi / 4096 if machine.pendulum else 1e-4
+        if name == "train1":
+            size = sizes(machine, rows, 5.0, rate, noise or count / math.sqrt(12))
+            if min(size.values(), default=math.inf) < 10.0:
+                return False
+        with open(folder / f"{name}.csv", "w") as file:
+            file.write("t,q,u\n")
+            for t, q, u in rows:
+                seen = round(q / count) * count if options.family == "quantised" else q + noise * rng.gauss(0, 1)
+                file.write(f"{t:.6f},{seen:.9f},{u:.7f}\n")
+    held = [f"{n}.csv" for n in names if n.startswith("held")]
+    train = [f"{n}.csv" for n in names if n.startswith("train")]
+    parameters = ", ".join(f"{k}: {v:.9g}" for k, v in machine.nominal().items())
+    (folder / "spec.yaml").write_text(
+        f"name: {folder.name}\nmodel:\n  plant: {'pendulum' if machine.pendulum else 'mass'}\n"
+        f"  parameters: {{{parameters}}}\nsignals: {{time: t, position: [q], input: [u]}}\n"
+        f"recordings: [{', '.join(train)}]\nheld_out: [{', '.join(held)}]\n")
+    (folder / "truth.json").write_text(json.dumps({"effects": machine.effects, "noises": size}, indent=1) + "\n")
+    return True
 
 
 def score(options):
@@ -249,7 +275,7 @@ def score(options):
     verdicts = {}
     for truth_file in sorted(options.out.glob("*/truth.json")):
         name = truth_file.parent.name
-        truth = set(json.loads(truth_file.read_text()))
+        truth = set(json.loads(truth_file.read_text())["effects"])
         result = options.out / "results" / name / "diagnosis.json"
         if not result.exists():
             print(f"{name:16} no result; concealed {', '.join(sorted(truth))}")

@@ -175,6 +175,20 @@ TEST_CASE("What ends an iteration is said", "[numerics]") {
     QuadraticModel model(const VectorXd&, double) { throw NumericalError("next to here it diverges"); }
   } undefined{{problem}};
   CHECK(least_squares(undefined, b, kToTheEnd).end == LeastSquaresEnd::undefined);
+
+  struct Overflowing : Regression {  // no step is made of what is no number
+    QuadraticModel model(const VectorXd& at, double agreement) {
+      QuadraticModel result = Regression::model(at, agreement);
+      result.hessian(0, 0) = std::numeric_limits<double>::infinity();
+      return result;
+    }
+    VectorXd moved(const VectorXd& at, const VectorXd& step) {
+      CHECK(step.allFinite());
+      return Regression::moved(at, step);
+    }
+  } overflowing{{problem}};
+  CHECK(least_squares(overflowing, b, kToTheEnd).end == LeastSquaresEnd::undefined);
+  CHECK(b == vector_of(problem.starts[1]));
 }
 
 TEST_CASE("Where the cost is not defined, steps are shortened until it is; bounds hold on the way", "[numerics]") {

@@ -30,11 +30,12 @@ void resolve(std::vector<RecordingFile>& files, const fs::path& folder) {
   }
 }
 
+/// Whether two recordings are of one file and share more than an instant.
 bool overlap(const RecordingFile& a, const RecordingFile& b) {
   std::error_code error;
   const bool same = fs::equivalent(a.file, b.file, error) || a.file.lexically_normal() == b.file.lexically_normal();
-  return same && a.from.value_or(-kInfinity) <= b.to.value_or(kInfinity) &&
-         b.from.value_or(-kInfinity) <= a.to.value_or(kInfinity);
+  return same && a.from.value_or(-kInfinity) < b.to.value_or(kInfinity) &&
+         b.from.value_or(-kInfinity) < a.to.value_or(kInfinity);
 }
 
 }  // namespace

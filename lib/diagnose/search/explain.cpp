@@ -255,26 +255,27 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     fits.refine();
     rank(result, fits);
     result.linearisation = about;
-    const double left = result.excess(result.best().fit);
-    const double evidence = result.best().fit.log_evidence;
-    const double gain =
-        std::max(kSettings.search.least_gain, kSettings.search.least_relative_gain * 0.5 * result.best().fit.sse);
-    const bool settled = round > 0 && evidence < reached + gain;
-    if (settled || result.p_value(result.best().fit) > kSettings.search.relinearise ||
-        left > kSettings.search.far_off || round + 1 == kSettings.search.rounds) {
-      if (left <= kSettings.search.far_off) break;
+    if (result.excess(result.best().fit) > kSettings.search.far_off) {
       // Where even the best leaves much, simple laws with a remainder are wanted as well.
       fit_small_sets(fits, screen, about->dictionary, result);
+      if (leaves_little(*fits.ranked().front())) {  // it was there, but the way to it was not
+        fits.add_subsets();
+        climb(fits, screen, about->dictionary, result, options, kSettings.search.hopeless);
+      }
       fits.refine();
       rank(result, fits);
-      break;
+      if (result.excess(result.best().fit) > kSettings.search.far_off) break;
     }
-    reached = evidence;
+    const Fit& best = result.best().fit;
+    const double gain = std::max(kSettings.search.least_gain, kSettings.search.least_relative_gain * 0.5 * best.sse);
+    const bool settled = round > 0 && best.log_evidence < reached + gain;
+    if (settled || result.p_value(best) > kSettings.search.relinearise || round + 1 == kSettings.search.rounds) break;
+    reached = best.log_evidence;
     kept.clear();
     for (std::size_t i = 0; i < std::min(std::size_t{kSettings.search.kept_sets}, result.candidates.size()); ++i) {
       kept.push_back(result.candidates[i].fit.effects);
     }
-    about = linearise(nominal, data, result.noise, simulated(fits.problem(), result.best().fit, about->paths), options);
+    about = linearise(nominal, data, result.noise, simulated(fits.problem(), best, about->paths), options);
   }
 }
 

@@ -31,12 +31,26 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
     max_step_ = adequate_step({nominal_, given_, {}, data_, *about_->response, *about_->forcing});
   }
   tried_.clear();
+  asked_.clear();
   for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
   fits_.clear();
   return max_step_;
 }
 
-const Fit* Fits::add(std::vector<Effect> effects) {
+/// Whether a set as it is leaves less with other numbers.
+bool Fits::leaves_less(const std::vector<Effect>& other, const std::vector<Effect>& effects,
+                       const std::vector<SegmentState>& starts) const {
+  const auto left = [&](const std::vector<Effect>& set) {
+    try {
+      return begin(problem(), set, starts).sse;
+    } catch (const NumericalError&) {
+      return kInfinity;
+    }
+  };
+  return left(other) < left(effects);
+}
+
+const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& other) {
   const std::string name = key(effects);
   if (!tried_.insert(name).second) return find(name);
   if (redundant(effects) || !allowed(effects)) return nullptr;
@@ -49,6 +63,7 @@ const Fit* Fits::add(std::vector<Effect> effects) {
     effects = old->second.effects;
     starts = old->second.initial_states;
   }
+  if (!other.empty() && leaves_less(other, effects, starts)) effects = other;
   try {
     fits_.insert_or_assign(name, fit(problem(), std::move(effects), starts));
   } catch (const NumericalError&) {
@@ -76,9 +91,12 @@ void Fits::add_subsets() {
     for (std::size_t i = 0;
          i < std::min<std::size_t>(std::size_t(options_.thorough(kSettings.search.subsets_of)), best.size()); ++i) {
       for (const std::vector<Effect>& set : simpler_sets(best[i]->effects)) {
-        if (tried(set)) continue;
-        add_part(*best[i], set);
-        grew = true;
+        if (!tried(set)) {
+          add_part(*best[i], set);
+          grew = true;
+        } else if (leaves_little(*best[i]) && asked_.emplace(key(best[i]->effects), key(set)).second) {
+          grew |= improve_part(*best[i], set);
+        }
       }
     }
   }
@@ -89,12 +107,35 @@ bool Fits::is_lost(const Fit& fit) const {
   return fit.sse > kSettings.search.lost * (problem().best + 2.0 * kSettings.search.nested);
 }
 
-/// Adds a set that another one contains. Where that one leaves little the set begins there, and one step says whether
-/// it is lost; where it leaves much the set may be the better of the two.
+/// What is left of a fit without the one effect that a set lacks; none where it lacks another number of them.
+std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) const {
+  for (std::size_t e = 0; e < of.effects.size(); ++e) {
+    if (without(of.effects, e) == effects) return Gap(problem(), of, {e});
+  }
+  return std::nullopt;
+}
+
+/// Fits such a part once more if it has stopped where it leaves more than the linear response says it has to.
+bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
+  const Fit* known = find(key(effects));
+  if (effects.empty() || known == nullptr) return false;
+  const std::optional<Gap> open = gap(of, effects);
+  if (!open || known->sse < kSettings.search.stuck * (open->least_squares() + 2.0 * kSettings.search.nested))
+    return false;
+  return improve(open->filled({}), starts_for(effects, of), true);
+}
+
+/// Adds a set that another one contains. Where that one leaves little the set begins there, with the numbers that the
+/// linear response wants if those leave less, and one step says whether it is lost; where it leaves much the set may be
+/// the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
+  std::vector<Effect> moved;
   if (leaves_little(of) && !effects.empty() && !redundant(effects) && allowed(effects)) {
+    const std::vector<SegmentState> starts = starts_for(effects, of);
+    if (const std::optional<Gap> open = gap(of, effects)) moved = open->filled({});
+    const bool better = !moved.empty() && leaves_less(moved, effects, starts);
     try {
-      Fit seen = glance(problem(), effects, starts_for(effects, of));
+      Fit seen = glance(problem(), better ? moved : effects, starts);
       if (is_lost(seen)) {
         const std::string name = key(effects);
         tried_.insert(name);
@@ -104,12 +145,7 @@ void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
     } catch (const NumericalError&) {  // as the others are it cannot be simulated: perhaps from elsewhere
     }
   }
-  add(std::move(effects));
-}
-
-Fit Fits::bare(const Fit& of, std::size_t effect) const {
-  const std::vector<Effect> others = without(of.effects, effect);
-  return begin(problem(), others, starts_for(others, of));
+  add(std::move(effects), moved);
 }
 
 const Fit* Fits::part(const Fit& of, std::size_t effect) {
@@ -187,11 +223,12 @@ std::vector<Fit> Fits::finalists() const {
   return list;
 }
 
-/// Fits a set once more from other parameters if they are a better place than it has found; true if it gains.
-bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts) {
+/// Fits a set once more from other parameters if they are a better place than it has found, or `from_afar`; true if it
+/// gains.
+bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar) {
   try {
     Fit& known = fits_.at(key(start));
-    if (begin(problem(), start, starts).sse >= known.sse) return false;
+    if (!from_afar && begin(problem(), start, starts).sse >= known.sse) return false;
     Fit tried = refined(problem(), fit(problem(), start, starts));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);

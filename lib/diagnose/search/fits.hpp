@@ -1,8 +1,10 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 
+#include "diagnose/search/beside.hpp"
 #include "diagnose/search/explain.hpp"
 
 namespace bayesctrl {
@@ -19,8 +21,9 @@ class Fits {
   /// Begins anew about another motion; what was found before serves as start. Longest step of the integration, s.
   double about(std::shared_ptr<Linearisation> linearisation);
 
-  /// Fits a set, once. Null where it cannot be simulated or is no set of its own.
-  const Fit* add(std::vector<Effect> effects);
+  /// Fits a set, once. Null where it cannot be simulated or is no set of its own. `other`: the same set with other
+  /// numbers, which it begins with where they leave less.
+  const Fit* add(std::vector<Effect> effects, const std::vector<Effect>& other = {});
 
   /// Fits a set that holds all of `known` and more, beginning with the parameters that are known. What was tried before
   /// is tried again if it stopped short of its own subset. Whether there was anything to do.
@@ -31,9 +34,6 @@ class Fits {
 
   /// The same, of what is left of another set without one of its effects: it begins there.
   const Fit* part(const Fit& of, std::size_t effect);
-
-  /// The same with all else as it is. Throws NumericalError.
-  Fit bare(const Fit& of, std::size_t effect) const;
 
   bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
 
@@ -58,8 +58,12 @@ class Fits {
  private:
   std::vector<Fit> finalists() const;
   bool is_lost(const Fit& fit) const;
+  std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects) const;
   void add_part(const Fit& of, std::vector<Effect> effects);
-  bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts);
+  bool improve_part(const Fit& of, const std::vector<Effect>& effects);
+  bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar = false);
+  bool leaves_less(const std::vector<Effect>& other, const std::vector<Effect>& effects,
+                   const std::vector<SegmentState>& starts) const;
   bool allowed(const std::vector<Effect>& effects) const;
   const Fit* find(const std::string& name) const;
 
@@ -71,6 +75,7 @@ class Fits {
   double max_step_ = 0.0;  // of the integration, once it is known
   std::map<std::string, Fit> fits_, stale_;
   std::set<std::string> tried_;
+  std::set<std::pair<std::string, std::string>> asked_;  // parts that were fitted once more from a whole
 };
 
 }  // namespace bayesctrl

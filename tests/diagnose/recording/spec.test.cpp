@@ -197,6 +197,7 @@ TEST_CASE("What is held out must not have been trained on", "[diagnose]") {
   check_at("11:11", "'b.csv'", error("{file: b.csv, from: 3, to: 4}"));
   check_at("11:11", "'a.csv'", error("{file: a.csv, from: 100}"));
   CHECK(error("{file: b.csv, from: 9.6}") == "nothing thrown");
+  CHECK(error("{file: b.csv, from: 9.5}") == "nothing thrown");  // no more than the instant at which it was cut
   CHECK(error("{file: b.csv, to: 0.9}") == "nothing thrown");
   CHECK(error("[{file: b.csv, to: 0.9}, {file: b.csv, from: 10}]") == "nothing thrown");
 }

@@ -5,10 +5,10 @@
 #include <catch2/catch.hpp>
 
 #include "physics/catalogue.hpp"
-#include "support/recorded_pendulum.hpp"
+#include "support/recorded_fits.hpp"
 
 using namespace bayesctrl;
-using testing::kPendulum, testing::kPendulumNoise;
+using testing::kPendulum;
 
 namespace {
 
@@ -16,47 +16,16 @@ const Effect kRubbing{CoulombFriction{0.1}, 0}, kSticking{StribeckFriction{0.1, 
 const Effect kDragging{QuadraticDrag{0.05}, 0}, kHardening{CubicSpring{0.2}, 0};
 const CoggingTorque kCogging{0.5, 8.0, 1.0};
 
-/// Six seconds of the pendulum with hidden effects, linearised about its smoothed motion, and no fits so far.
-struct Recorded {
-  explicit Recorded(const std::vector<Effect>& hidden, std::uint64_t seed = 61) {
-    Measured m = testing::record(Machine(kPendulum, hidden), -1.0, seed);
-    m.time.resize(600);
-    m.position = m.position.topRows(600).eval();
-    m.input = m.input.topRows(600).eval();
-    data.push_back(std::move(m));
+struct Recorded : testing::RecordedFits {
+  explicit Recorded(const std::vector<Effect>& hidden) : RecordedFits(hidden, few()) {}
+
+  static std::vector<std::size_t> few() {
+    std::vector<std::size_t> list;
     for (const Effect& effect : {kRubbing, kSticking, kHardening, Effect{kCogging, 0}}) {
-      options.allowed.push_back(effect.form.index());
+      list.push_back(effect.form.index());
     }
-    linearise(smooth_all(kPendulum, data, noise));
+    return list;
   }
-  Recorded(const Recorded&) = delete;  // the parts refer to one another
-
-  /// Longest step of the integration.
-  double linearise(std::vector<Trajectory> paths) {
-    auto next = std::make_shared<Linearisation>();
-    next->paths = std::move(paths);
-    next->response =
-        std::make_unique<LinearResponse>(kPendulum, data, next->paths, noise, windows(data, 2.0), options.fastest_mode);
-    next->forcing = std::make_unique<Forcing>(kPendulum, data, next->paths);
-    about = next;
-    return fits.about(next);
-  }
-
-  std::set<std::string> keys() const {
-    std::set<std::string> result;
-    for (const Fit* fit : fits.ranked()) result.insert(key(fit->effects));
-    return result;
-  }
-
-  Eigen::VectorXd noise = Eigen::VectorXd::Constant(1, kPendulumNoise);
-  std::vector<Measured> data;
-  ExplainOptions options;
-  std::shared_ptr<Linearisation> about;
-  Fits fits{kPendulum, kPendulum, data, options, 3.0};
-
- private:
-  // Fits keep references to plants.
-  static inline const Plant kPendulum = testing::kPendulum;
 };
 
 std::set<std::string> keys_of(std::initializer_list<std::vector<Effect>> sets) {

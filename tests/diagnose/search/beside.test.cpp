@@ -1,0 +1,112 @@
+// What may stand beside a fit, or in the place of some of it, by the linear response about the motion.
+
+#include "diagnose/search/beside.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "diagnose/search/climb.hpp"
+#include "physics/catalogue.hpp"
+#include "support/recorded_fits.hpp"
+
+using namespace bayesctrl;
+
+namespace {
+
+struct Searched : testing::RecordedFits {
+  explicit Searched(const std::vector<Effect>& hidden) : RecordedFits(hidden, testing::whole_catalogue()) {}
+
+  const Dictionary& dictionary() const { return about->dictionary; }
+  Screen screen{about->dictionary, about->dictionary.columns, about->response->target(), {.penalty = 3.0}};
+};
+
+const Effect kStiff{LinearSpring{0.8}, 0}, kDrag{QuadraticDrag{0.08}, 0}, kBiased{ConstantBias{0.4}, 0};
+
+/// Effects of every kind of motion and input, strong enough to show.
+std::vector<Effect> various() {
+  return {kStiff,
+          kDrag,
+          kBiased,
+          {CoulombFriction{0.3}, 0},
+          {CubicSpring{0.5}, 0},
+          {ViscousFriction{0.15}, 0},
+          {InputGain{1.2}, 0},
+          {InputDeadZone{0.5}, 0},
+          {ActuatorLag{0.05}, 0},
+          {CoggingTorque{0.4, 7.0, 1.0}, 0}};
+}
+
+std::set<std::string> kinds(const std::vector<Promise>& list) {
+  std::set<std::string> result;
+  for (const Promise& promise : list) result.insert(key(promise.others));
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("What a fit leaves without one of its effects is what that effect explains best", "[diagnose][search]") {
+  for (const Effect& effect : various()) {
+    CAPTURE(key({effect}));
+    Searched searched({effect});
+    const Fit fit = *searched.fits.add({effect});
+    REQUIRE(leaves_little(fit));
+    const Gap gap(searched.fits.problem(), fit, {0});
+    CHECK(gap.left().empty());
+    CHECK(gap.knows(effect));
+    const Additions all = gap.additions(searched.screen, {});
+    CHECK(all.left > fit.sse + 100.0);
+    const auto itself = std::ranges::find_if(all.findings, [&](const Finding& finding) {
+      return key(finding.effects(searched.dictionary())) == key({effect});
+    });
+    REQUIRE(itself != all.findings.end());
+    // In its own place it would be as good as it is: shapes of the dictionary are coarse.
+    CHECK(gap.gain(all, *itself, 0) > -0.05 * 0.5 * (all.left - fit.sse) - 10.0);
+    CHECK(gap.gain(all, *itself, 0) < 10.0);
+  }
+}
+
+TEST_CASE("Of what a fit lacks the best addition is promised first, with all it has moved to make room",
+          "[diagnose][search]") {
+  Searched searched({kStiff, kBiased, kDrag});
+  const Fit fit = *searched.fits.add({kStiff, kDrag});
+  const std::vector<Promise> list =
+      promises(searched.fits.problem(), searched.screen, searched.dictionary(), fit, {}, 30.0);
+  REQUIRE_FALSE(list.empty());
+  CHECK(key(list.front().set()) == key({kStiff, kBiased, kDrag}));
+  for (const Promise& promise : list) CHECK(promise.others.size() == 1);
+  const std::vector<Effect> moved = list.front().gap->filled(list.front().others);
+  REQUIRE(moved.size() == 3);
+  const auto stiffness = [](const Effect& effect) { return effect.form.get<LinearSpring>().stiffness; };
+  CHECK(std::abs(stiffness(moved[0]) - 0.8) < 0.3 * std::abs(stiffness(fit.effects[0]) - 0.8));
+  CHECK(std::abs(moved[2].form.get<ConstantBias>().torque - 0.4) < 0.1);
+  const Fit* kept = searched.fits.add(list.front().set(), moved);
+  REQUIRE(kept != nullptr);
+  CHECK(kept->log_evidence == Approx(list.front().evidence).margin(0.05 * (kept->log_evidence - fit.log_evidence)));
+}
+
+TEST_CASE("What another law has stood for is found in its place", "[diagnose][search]") {
+  Searched searched({{ActuatorLag{0.04}, 0}, kStiff});
+  const Fit fit = *searched.fits.add({kStiff, {InputDelay{0.03}, 0}});
+  const std::vector<Promise> list =
+      promises(searched.fits.problem(), searched.screen, searched.dictionary(), fit, {1}, 30.0);
+  REQUIRE_FALSE(list.empty());
+  CHECK(key(list.front().set()) == key({kStiff, {ActuatorLag{0.04}, 0}}));
+}
+
+TEST_CASE("Two laws that only together do what one does give way to it", "[diagnose][search]") {
+  const Effect waving{CoggingTorque{0.4, 2.0, 3.14}, 0}, hardening{CubicSpring{0.3}, 0};
+  Searched searched({kStiff});
+  const Fit pair = *searched.fits.add({waving, kDrag, hardening});
+  CAPTURE(pair.sse);
+  const std::vector<std::vector<std::size_t>> sets = entangled(pair);
+  REQUIRE(std::ranges::find(sets, std::vector<std::size_t>{0, 2}) != sets.end());
+  CHECK(std::ranges::find(sets, std::vector<std::size_t>{1, 2}) == sets.end());
+  const std::vector<Promise> list =
+      replacements(searched.fits.problem(), searched.screen, searched.dictionary(), pair, {0, 2}, 30.0);
+  CHECK(kinds(list).contains(key({kStiff})));
+
+  Explanation result;
+  result.rows = static_cast<double>(searched.about->response->rows());
+  result.fast_rows = 1000.0;
+  climb(searched.fits, searched.screen, searched.dictionary(), result, searched.options, 30.0);
+  CHECK(key(searched.fits.ranked().front()->effects) == key({kStiff}));
+}
