@@ -31,6 +31,7 @@ void declare_diagnose(CLI::App& app, ExitCode& exit);
 void declare_sweep(CLI::App& app, ExitCode& exit);
 void declare_sensitivity(CLI::App& app, ExitCode& exit);
 void declare_trial(CLI::App& app, ExitCode& exit);
+void declare_bench(CLI::App& app, ExitCode& exit);
 void declare_report(CLI::App& app, ExitCode& exit);
 void declare_completion(CLI::App& app, ExitCode& exit);
 void declare_man(CLI::App& app, ExitCode& exit);

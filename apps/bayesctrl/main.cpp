@@ -94,6 +94,7 @@ int main(int argc, char** argv) {
     declare_sweep(app, exit);
     declare_sensitivity(app, exit);
     declare_trial(app, exit);
+    declare_bench(app, exit);
     declare_report(app, exit);
     declare_completion(app, exit);
     declare_man(app, exit);

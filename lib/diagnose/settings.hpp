@@ -204,6 +204,7 @@ struct SearchSettings {
   double promise_error = 0.05;
   double most = 0.01;
   double stuck = 1.5;
+  int restarts = 2;
   double entangled = 0.9;
   int most_entangled = 4;
   double relinearise = 1e-3;

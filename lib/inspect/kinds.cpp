@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/format.hpp"
+#include "bench/bench.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/recording/spec.hpp"
 #include "diagnose/verdict/simulate_model.hpp"
@@ -117,6 +118,11 @@ std::string trial_summary(const Node& node) {
   return "trial '" + spec.name + "', seed " + std::to_string(spec.seed);
 }
 
+std::string bench_summary(const Node& node) {
+  const Bench bench = read_bench(node);
+  return "bench '" + bench.name + "', " + count(bench.machines.size(), "machine");
+}
+
 std::string calibration_summary(const Node& node) {
   const Calibration spec = read_calibration(node);
   return "calibration of " + spec.study + ", " + count(spec.vary.items.size(), "setting");
@@ -138,8 +144,8 @@ std::string resolved_as(const Node& node) {
   return to_yaml(to_json(read<T>(node)));
 }
 
-const std::array<SpecKind, 7>& kinds() {
-  static const std::array<SpecKind, 7> list{{
+const std::array<SpecKind, 8>& kinds() {
+  static const std::array<SpecKind, 8> list{{
       {"study", "run, simulate: a machine, a task, controllers", study_schema, affinity_to<Study>, study_summary,
        study_yaml},
       {"diagnosis", "diagnose: a nominal model and recordings", diagnosis_schema, affinity_to<DiagnosisSpec>,
@@ -148,6 +154,8 @@ const std::array<SpecKind, 7>& kinds() {
        model_summary, resolved_as<ModelFile>},
       {"trial", "trial: how many machines with which concealed effects", schema_of<TrialSpec>, affinity_to<TrialSpec>,
        trial_summary, resolved_as<TrialSpec>},
+      {"bench", "bench: real machines and what is known of them", schema_of<Bench>, affinity_to<Bench>, bench_summary,
+       resolved_as<Bench>},
       {"calibration", "calibrate: settings to search for", schema_of<Calibration>, affinity_to<Calibration>,
        calibration_summary, resolved_as<Calibration>},
       {"sensitivity", "sensitivity: claims under uncertain settings", schema_of<Sensitivity>, affinity_to<Sensitivity>,

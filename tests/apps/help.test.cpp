@@ -15,9 +15,9 @@ using Catch::Contains;
 
 namespace {
 
-const std::vector<std::string> kSubcommands{"run",   "validate", "show",       "init",     "schema",    "list",
-                                            "table", "check",    "diff",       "simulate", "calibrate", "diagnose",
-                                            "trial", "report",   "completion", "man"};
+const std::vector<std::string> kSubcommands{"run",   "validate", "show",   "init",       "schema",    "list",
+                                            "table", "check",    "diff",   "simulate",   "calibrate", "diagnose",
+                                            "trial", "bench",    "report", "completion", "man"};
 
 std::vector<std::string> names_in(const nlohmann::ordered_json& family) {
   std::vector<std::string> names;

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "bench/bench.hpp"
 #include "experiment/calibrate.hpp"
 #include "experiment/check.hpp"
 #include "experiment/read.hpp"
@@ -27,7 +28,8 @@ void check_round_trip(const T& value) {
 }  // namespace
 
 TEST_CASE(
-    "Every study, calibration, trial, sensitivity and table of configs/ is read, and the same when written out and "
+    "Every study, calibration, trial, bench, sensitivity and table of configs/ is read, and the same when written out "
+    "and "
     "read again",
     "[experiment]") {
   int studies = 0;
@@ -37,6 +39,8 @@ TEST_CASE(
     if (entry.is_directory()) continue;  // of diagnoses and schemas: tests/inspect
     if (name.starts_with("calibrate_")) {
       check_round_trip(read<Calibration>(read_yaml(entry.path())));
+    } else if (name == "bench.yaml") {
+      check_round_trip(read<Bench>(read_yaml(entry.path())));
     } else if (name.starts_with("paper_")) {
       check_round_trip(read_published(entry.path()));
     } else if (name.starts_with("trial")) {

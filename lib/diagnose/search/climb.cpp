@@ -20,16 +20,30 @@ class Climb {
         const ExplainOptions& options)
       : fits_(fits), screen_(screen), dictionary_(dictionary), result_(result), options_(options) {}
 
-  /// Takes the best as where it stands; false where that is nothing, or has not changed since.
+  /// Takes the best set as where it stands. Where it has stood there, and that leaves something, another one that
+  /// neither holds nor is held by one of those, a few times. False where there is none.
   bool stand() {
-    std::string was = std::exchange(standing_, key(fits_.ranked().front()->effects));
-    best_ = *fits_.ranked().front();
-    return was != standing_ && !best_.effects.empty();
+    const std::vector<const Fit*> ranked = fits_.ranked();
+    best_ = *ranked.front();
+    if (best_.effects.empty()) return false;
+    if (!stood(best_)) return take();
+    if (!leaves_something() || restarts_++ >= kSettings.search.restarts) return false;
+    const auto other = std::ranges::find_if(ranked, [&](const Fit* fit) {
+      return !fit->effects.empty() && !fit->glanced && std::ranges::none_of(stood_, [&](const auto& set) {
+        return holds(set, fit->effects) || holds(fit->effects, set);
+      });
+    });
+    if (other == ranked.end()) return false;
+    best_ = **other;
+    left_ = kInfinity;
+    return take();
   }
   const Fit& best() const { return best_; }
 
   /// Whether a better set has been found since.
-  bool better() const { return key(fits_.ranked().front()->effects) != standing_; }
+  bool better() const {
+    return fits_.ranked().front()->log_evidence > best_.log_evidence && !stood(*fits_.ranked().front());
+  }
 
   /// Whether the search goes on from here: from a set that still leaves much, and is larger than the screen looks at,
   /// only if it leaves far less than the last one.
@@ -117,6 +131,19 @@ class Climb {
   }
 
  private:
+  static bool holds(const std::vector<Effect>& set, const std::vector<Effect>& part) {
+    return std::ranges::all_of(part, [&](const Effect& one) {
+      return std::ranges::any_of(set, [&](const Effect& other) { return same_suspect(one, other); });
+    });
+  }
+  bool stood(const Fit& fit) const {
+    return std::ranges::any_of(stood_, [&](const auto& set) { return key(set) == key(fit.effects); });
+  }
+  bool take() {
+    stood_.push_back(best_.effects);
+    return true;
+  }
+
   /// Fits a set that was promised, once.
   const Fit* keep(const Promise& promise) {
     return fits_.tried(promise.set()) ? fits_.find(promise.set())
@@ -129,7 +156,8 @@ class Climb {
   const Explanation& result_;
   const ExplainOptions& options_;
   Fit best_;
-  std::string standing_;
+  std::vector<std::vector<Effect>> stood_;
+  int restarts_ = 0;
   double left_ = kInfinity;
 };
 
