@@ -470,6 +470,7 @@ struct VerdictSettings {
   double immaterial = 1e-2;
   double unseen = 1e-3;
   double trace = 0.003;
+  double above_remainder = 5.0;
   double never_acts = 0.1;
   int most_equivalents = 3;
   double listed = 0.01;
@@ -523,6 +524,8 @@ struct VerdictSettings {
           {kPositive, "likewise", "where the explanations with and without that part leave no more than noise"});
     field("trace", self.trace,
           {kPositive, "of the error, squares", "without it: an effect of a smaller share is told as a trace"});
+    field("above_remainder", self.above_remainder,
+          {kPositive, "of what is left, squares", "which an effect has to take away to be named beside it"});
     field("never_acts", self.never_acts,
           {kPositive, "nats",
            "by which an effect changes the evidence at most, beside its penalty, that does nothing there"});

@@ -460,6 +460,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     diagnosis.fit.held_out = compare(models, found, compared(held_out), true, diagnosis.units, result.runs);
   }
   hold_to_account(diagnosis, motion_rms(data));
+  doubt_beside_remainder(diagnosis);
   const Explanation& explanation = found.explanation;
   std::vector<Effect> unconfirmed;
   for (const std::size_t e :

@@ -66,6 +66,16 @@ std::string triviality(const FitFigures& fit, double motion) {
 
 void doubt(double& p) { p = std::min(p, kSettings.verdict.unheld); }
 
+/// An effect, listed or not, by its label.
+void doubt(Diagnosis& diagnosis, const std::string& name) {
+  for (ExplainedEffect& listed : diagnosis.explanation.effects) {
+    if (label(listed, diagnosis.joints) == name && listed.inclusion) doubt(*listed.inclusion);
+  }
+  for (auto& [of, p] : diagnosis.inclusion.items) {
+    if (of == name) doubt(p);
+  }
+}
+
 }  // namespace
 
 Missing missing_torque(const Search& search) {
@@ -111,16 +121,24 @@ void hold_to_account(Diagnosis& diagnosis, double motion) {
   doubt(diagnosis.explanation.probability);
 }
 
-void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed) {
-  for (const Effect& effect : unconfirmed) {
-    const std::string name = label(effect, diagnosis.joints);
-    for (ExplainedEffect& listed : diagnosis.explanation.effects) {
-      if (label(listed, diagnosis.joints) == name && listed.inclusion) doubt(*listed.inclusion);
-    }
-    for (auto& [of, p] : diagnosis.inclusion.items) {
-      if (of == name) doubt(p);
-    }
+void doubt_beside_remainder(Diagnosis& diagnosis) {
+  if (diagnosis.verdict != Verdict::named || !diagnosis.remainder) return;
+  std::string small;
+  int count = 0;
+  for (ExplainedEffect& effect : diagnosis.explanation.effects) {
+    if (!effect.share || *effect.share >= kSettings.verdict.above_remainder * diagnosis.remainder->share) continue;
+    doubt(diagnosis, label(effect, diagnosis.joints));
+    small += (count++ == 0 ? "" : ", ") + label(effect, diagnosis.joints);
   }
+  if (count == 0) return;
+  diagnosis.verdict = Verdict::unknown;
+  doubt(diagnosis.explanation.probability);
+  diagnosis.reason =
+      "what " + small + " takes away is little more than what is left unexplained, and may be a part of that";
+}
+
+void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed) {
+  for (const Effect& effect : unconfirmed) doubt(diagnosis, label(effect, diagnosis.joints));
   if (unconfirmed.empty() || diagnosis.verdict != Verdict::named) return;
   diagnosis.verdict = Verdict::ambiguous;
   doubt(diagnosis.explanation.probability);

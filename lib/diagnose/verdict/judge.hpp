@@ -58,6 +58,9 @@ Judgement judge(const Search& search, const Missing& missing, double p_given);
 /// given. Its effects are then no more credible than experience says, unless it is better than that curve after all.
 void hold_to_account(Diagnosis& diagnosis, double motion);
 
+/// What takes away hardly more than is left unexplained may stand for a part of that, and is not named.
+void doubt_beside_remainder(Diagnosis& diagnosis);
+
 /// Effects in time that nothing confirms may be part of the machine, and are not named.
 void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed);
 

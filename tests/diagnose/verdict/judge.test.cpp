@@ -169,6 +169,32 @@ TEST_CASE("What is left of held-out recordings alone contradicts, what is left e
   CHECK(verdict(0.01, 0.2) == Verdict::unknown);
 }
 
+TEST_CASE("An effect that takes away little more than is left unexplained is not named", "[diagnose]") {
+  for (const double left : {0.0, 0.001, 0.004}) {
+    Diagnosis d;
+    d.joints = 2;
+    d.verdict = Verdict::named;
+    d.explanation.probability = 0.99;
+    for (const auto& [name, share] : {std::pair{"coulomb_friction", 0.5}, {"constant_bias", 0.01}}) {
+      ExplainedEffect& effect = d.explanation.effects.emplace_back();
+      effect.name = name;
+      effect.joint = 2;
+      effect.inclusion = 0.99;
+      effect.share = share;
+      d.inclusion.items.emplace_back(std::string(name) + "@2", 0.99);
+    }
+    if (left > 0.0) d.remainder = Unexplained{left, {}};
+    doubt_beside_remainder(d);
+    const bool doubted = 0.01 < 5.0 * left;
+    CHECK(d.verdict == (doubted ? Verdict::unknown : Verdict::named));
+    CHECK(d.explanation.effects[0].inclusion == 0.99);
+    CHECK(d.explanation.effects[1].inclusion == (doubted ? 0.7 : 0.99));
+    CHECK(d.inclusion.items[1].second == (doubted ? 0.7 : 0.99));
+    CHECK(d.explanation.probability == (doubted ? 0.7 : 0.99));
+    CHECK(d.reason.starts_with("constant_bias@2 takes away little more") == doubted);
+  }
+}
+
 TEST_CASE("An effect in time that nothing confirms is not named", "[diagnose]") {
   Diagnosis d;
   d.joints = 2;
