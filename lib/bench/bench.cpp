@@ -39,7 +39,7 @@ Cell text_or_nothing(const std::string& text) { return text.empty() ? Cell() : C
 std::string in_words(const std::vector<PublishedEffect>& published, int joints) {
   std::vector<std::string> list;
   for (const PublishedEffect& one : published) {
-    list.push_back(labelled(one.effect, one.joint, joints) + (one.value.empty() ? "" : " (" + one.value + ")"));
+    list.push_back(labelled(one.effect.text, one.joint, joints) + (one.value.empty() ? "" : " (" + one.value + ")"));
   }
   return joined(list);
 }
@@ -100,13 +100,15 @@ Row diagnosed(const BenchMachine& machine, const fs::path& folder) {
 
 }  // namespace
 
-std::string PublishedEffect::problem() const {
-  std::vector<std::string_view> known;
-  for (const EffectLaw* law : catalogue()) known.push_back(law->name);
-  if (std::ranges::find(known, effect) != known.end()) return "";
-  const std::string_view meant = nearest(effect, known);
-  return "effect '" + effect + "' is not in the catalogue" +
-         (meant.empty() ? ": see bayesctrl list effects" : "; did you mean '" + std::string(meant) + "'?");
+void read_value(const Node& node, EffectName& name) {
+  const std::vector<std::string_view> known = effect_names();
+  name.text = known[detail::to_word(node, "effect", known)];
+}
+
+nlohmann::ordered_json json_value(const EffectName& name) { return name.text; }
+
+nlohmann::ordered_json schema_value(const EffectName*, detail::Definitions& /*definitions*/) {
+  return {{"enum", effect_names()}};
 }
 
 Bench read_bench(const Node& node) {
@@ -139,7 +141,7 @@ Agreement agreement(const std::vector<PublishedEffect>& published, const Diagnos
   Agreement result;
   std::vector<std::string> known;
   for (const PublishedEffect& one : published) {
-    known.push_back(labelled(one.effect, one.joint, diagnosis.joints));
+    known.push_back(labelled(one.effect.text, one.joint, diagnosis.joints));
     const bool here = std::ranges::any_of(
         certain, [&](const auto& alike) { return std::ranges::find(alike, known.back()) != alike.end(); });
     (here ? result.found : result.missed).push_back(known.back());

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,13 +10,22 @@
 #include "base/fields.hpp"
 #include "diagnose/verdict/diagnosis.hpp"
 #include "io/node.hpp"
+#include "io/schema.hpp"
 #include "io/table.hpp"
 
 namespace bayesctrl {
 
+/// The name of an effect of the catalogue.
+struct EffectName {
+  std::string text;
+};
+void read_value(const Node& node, EffectName& name);
+nlohmann::ordered_json json_value(const EffectName& name);
+nlohmann::ordered_json schema_value(const EffectName*, detail::Definitions& definitions);
+
 /// Physics that others have found in a machine.
 struct PublishedEffect {
-  std::string effect;
+  EffectName effect;
   int joint = 1;
   std::string value;
 
@@ -24,7 +34,6 @@ struct PublishedEffect {
     field("joint", self.joint, {between(1, 4), "", "in which it acts"});
     field("value", self.value, {.text = "as published, with its unit"});
   }
-  std::string problem() const;
 };
 
 /// A real machine: how it is diagnosed, and what is known of it.

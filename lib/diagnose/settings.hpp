@@ -521,7 +521,7 @@ struct VerdictSettings {
     field("immaterial", self.immaterial,
           {kPositive, "of the refit nominal's error", "which a part of an explanation has to take away to be listed"});
     field("unseen", self.unseen,
-          {kPositive, "likewise", "where the explanations with and without that part leave no more than noise"});
+          {kPositive, "likewise", "where the explanation with that part leaves no more than noise"});
     field("trace", self.trace,
           {kPositive, "of the error, squares", "without it: an effect of a smaller share is told as a trace"});
     field("above_remainder", self.above_remainder,

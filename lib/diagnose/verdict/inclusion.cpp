@@ -54,17 +54,14 @@ std::optional<std::size_t> idle(const Explanation& explanation, const Candidate&
 }
 
 /// The simpler set that does nearly as well as this one although the noise can tell the two apart (else their evidence
-/// says which), the best of several; empty where there is none. Nothing does as well as a set that leaves no more than
-/// noise unless it leaves little more itself.
+/// says which), the best of several; empty where there is none.
 std::optional<std::size_t> as_good(const Explanation& explanation, const Candidate& candidate, double immaterial) {
-  const auto perfect = [&](const Fit& fit) { return explanation.excess(fit) < kSettings.verdict.imperfect; };
   std::optional<std::size_t> best;
   for (const std::vector<Effect>& set : simpler_sets(candidate.fit.effects)) {
     const Candidate* simpler = explanation.find(set);
     if (simpler == nullptr || simpler == &candidate) continue;
     const double more = simpler->fit.sse - candidate.fit.sse;
     if (!(more > 2.0 * kSettings.verdict.inseparable && more < immaterial)) continue;
-    if (perfect(candidate.fit) && !perfect(simpler->fit)) continue;
     const auto place = static_cast<std::size_t>(simpler - explanation.candidates.data());
     if (!best || simpler->fit.sse < explanation.candidates[*best].fit.sse) best = place;
   }

@@ -133,8 +133,8 @@ void doubt_beside_remainder(Diagnosis& diagnosis) {
   if (count == 0) return;
   diagnosis.verdict = Verdict::unknown;
   doubt(diagnosis.explanation.probability);
-  diagnosis.reason =
-      "what " + small + " takes away is little more than what is left unexplained, and may be a part of that";
+  diagnosis.reason = small + (count == 1 ? " takes" : " each take") +
+                     " away little more than is left unexplained, and may be a part of that";
 }
 
 void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed) {

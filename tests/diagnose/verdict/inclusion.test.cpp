@@ -89,18 +89,6 @@ TEST_CASE("Where nothing is left beside the noise only a thousandth of the error
   }
 }
 
-TEST_CASE("What leaves more than noise does not do for what leaves none, however little of the error that is",
-          "[diagnose]") {
-  for (const double left : {1.5, 4.0}) {  // noises
-    Explanation found =
-        explanation({candidate({kRubs, kGain}, kPerfect, 0.97),
-                     candidate({kRubs}, (1.0 + left * left) * kPerfect, 1e-9), candidate({}, 1e9 * kPerfect, 1e-99)},
-                    kPerfect);
-    merge_immaterial(found);
-    CHECK(key(found.best().fit.effects) == (left < 2.0 ? key({kRubs}) : key({kRubs, kGain})));
-  }
-}
-
 TEST_CASE("An effect that never acts gives its probability to the set without it, one that helps does not",
           "[diagnose]") {
   const double without = 0.6, beside = without * std::exp(-2.0);  // the penalty is all that is between them
