@@ -120,10 +120,10 @@ try {
       if (!valid) ++refused;
       if (valid && !reader.ok && !beyond.test(reader.error))
         failures.push(`${kind}: ${what}: the schema takes what the reader refuses: ${reader.error}`);
-      const another = [...schemaOf.values()].some((other) => other !== validate && other(mutant));  // a spec of its kind
+      const another =
+          [...schemaOf.values()].some((other) => other !== validate && other(mutant));  // a spec of its kind
       if (!valid && reader.ok && !another)
-        failures.push(
-            `${kind}: ${what}: the schema refuses what the reader takes: ${JSON.stringify(error)}`);
+        failures.push(`${kind}: ${what}: the schema refuses what the reader takes: ${JSON.stringify(error)}`);
     });
     files.forEach((file) => fs.rmSync(file));
   }

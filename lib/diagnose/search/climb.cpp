@@ -20,14 +20,14 @@ class Climb {
         const ExplainOptions& options)
       : fits_(fits), screen_(screen), dictionary_(dictionary), result_(result), options_(options) {}
 
-  /// Takes the best set as where it stands. Where it has stood there, and that leaves something, another one that
-  /// neither holds nor is held by one of those, a few times. False where there is none.
+  /// Takes the best set as where it stands. Where it has stood there, and that explains most but leaves something,
+  /// another one that neither holds nor is held by one of those, a few times. False where there is none.
   bool stand() {
     const std::vector<const Fit*> ranked = fits_.ranked();
     best_ = *ranked.front();
     if (best_.effects.empty()) return false;
     if (!stood(best_)) return take();
-    if (!leaves_something() || restarts_++ >= kSettings.search.restarts) return false;
+    if (!leaves_something() || !explains_most() || restarts_++ >= kSettings.search.restarts) return false;
     const auto other = std::ranges::find_if(ranked, [&](const Fit* fit) {
       return !fit->effects.empty() && !fit->glanced && std::ranges::none_of(stood_, [&](const auto& set) {
         return holds(set, fit->effects) || holds(fit->effects, set);
