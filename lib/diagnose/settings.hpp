@@ -205,6 +205,7 @@ struct SearchSettings {
   double most = 0.01;
   double stuck = 1.5;
   int restarts = 2;
+  double restarts_below = 10.0;
   double entangled = 0.9;
   int most_entangled = 4;
   double relinearise = 1e-3;

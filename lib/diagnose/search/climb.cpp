@@ -27,7 +27,8 @@ class Climb {
     best_ = *ranked.front();
     if (best_.effects.empty()) return false;
     if (!stood(best_)) return take();
-    if (!leaves_something() || !explains_most() || restarts_++ >= kSettings.search.restarts) return false;
+    const bool near = explains_most() && result_.excess(best_) < kSettings.search.restarts_below;
+    if (!leaves_something() || !near || restarts_++ >= kSettings.search.restarts) return false;
     const auto other = std::ranges::find_if(ranked, [&](const Fit* fit) {
       return !fit->effects.empty() && !fit->glanced && std::ranges::none_of(stood_, [&](const auto& set) {
         return holds(set, fit->effects) || holds(fit->effects, set);
