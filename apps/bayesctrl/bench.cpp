@@ -79,7 +79,6 @@ void declare_bench(CLI::App& app, ExitCode& exit) {
     const Table table =
         run_bench(bench, folder, {command->jobs, [&](std::size_t done, std::size_t total) { progress(done, total); }});
     progress.clear();
-    std::vector<fs::path> reported;
     for (std::size_t row = 0; row < table.rows(); ++row) {
       const std::string status = std::get<std::string>(table.find("status")->at(row));
       const std::string name = std::get<std::string>(table.find("machine")->at(row));

@@ -8,11 +8,9 @@
 
 #include "base/format.hpp"
 #include "commands.hpp"
-#include "diagnose/settings.hpp"
 #include "diagnose/verdict/sentence.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
-#include "io/provenance.hpp"
 #include "report/report.hpp"
 #include "spec/sweep.hpp"
 #include "terminal/plot.hpp"
@@ -215,9 +213,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
       });
       progress.clear();
       write_diagnosis(diagnosed, folder);
-      ordered_json origin = provenance(fs::path(path).filename().string(), to_json(spec));
-      origin["settings"] = to_json(kSettings);
-      write_file(folder / "provenance.json", origin.dump(2) + "\n");
+      write_origin(spec, path, folder);
       if (!command->no_report) write_reports({folder});
       list.push_back({{"folder", folder.string()}, {"diagnosis", to_json(diagnosed.diagnosis)}});
       if (loudness.quiet || loudness.json) continue;

@@ -10,7 +10,6 @@
 #include "diagnose/verdict/diagnose.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
-#include "io/provenance.hpp"
 #include "io/read.hpp"
 #include "numerics/parallel.hpp"
 #include "physics/catalogue.hpp"
@@ -32,7 +31,6 @@ std::string labelled(const std::string& effect, int joint, int joints) {
   return joints == 1 ? effect : effect + "@" + std::to_string(joint);
 }
 
-Cell optional_number(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
 Cell text_or_nothing(const std::string& text) { return text.empty() ? Cell() : Cell(text); }
 
 /// "coulomb_friction@1 (20.4 N)" of each.
@@ -85,9 +83,7 @@ Row diagnosed(const BenchMachine& machine, const fs::path& folder) {
   try {
     const Diagnosed result = diagnose(spec);
     write_diagnosis(result, folder / slug(spec.name));
-    nlohmann::ordered_json origin = provenance(fs::path(machine.spec).filename().string(), to_json(spec));
-    origin["settings"] = to_json(kSettings);
-    write_file(folder / slug(spec.name) / "provenance.json", origin.dump(2) + "\n");
+    write_origin(spec, machine.spec, folder / slug(spec.name));
     return row_of(machine, spec.name, "ok", "", &result.diagnosis);
   } catch (const std::bad_alloc&) {
     return row_of(machine, spec.name, "failed", "out of memory", nullptr);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,9 @@ namespace bayesctrl {
 
 /// A missing value, a number or a text.
 using Cell = std::variant<std::monostate, double, std::int64_t, std::string>;
+
+/// A number, or a missing value.
+inline Cell optional_number(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
 
 struct Column {
   std::string name;

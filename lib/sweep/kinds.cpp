@@ -53,8 +53,6 @@ struct DiagnosisColumn {
   std::function<Cell(const Diagnosis& d)> cell;
 };
 
-Cell optional_number(const std::optional<double>& value) { return value ? Cell(*value) : Cell(); }
-
 const std::vector<DiagnosisColumn>& diagnosis_columns() {
   static const std::vector<DiagnosisColumn> list{
       {"verdict", [](const Diagnosis& d) { return Cell(std::string(to_name(d.verdict))); }},

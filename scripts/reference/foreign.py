@@ -7,8 +7,8 @@
 
 Each case is a pendulum or a slide with effects drawn from the laws below, each of 4 to 25 % of the torques' RMS; two
 recordings to learn from and one held out; OUT/NAME/truth.json keeps what was concealed, and by how many noises the first
-seconds would differ without it: at least ten. Classical Runge-Kutta in steps of
-0.25 ms; a joint with dry friction sticks and breaks away at instants found by bisection.
+seconds would differ without it: at least ten. Classical Runge-Kutta in steps of 0.25 ms; a joint with dry friction sticks
+and breaks away at instants found by bisection.
 
     --family open      the sum of five sines as input
              closed    a proportional-derivative controller follows such a sum: the input holds the sensor's noise
@@ -27,7 +27,7 @@ STEP = 2.5e-4  # s
 INPUT_EFFECTS = {"actuator_lag", "input_saturation", "input_dead_zone", "backlash", "input_gain"}
 DRY = {"coulomb_friction", "stribeck_friction", "load_dependent_friction"}
 ALIKE = [  # laws of which no more than one is drawn: a recording hardly tells them apart
-    DRY, {"viscous_friction", "quadratic_drag", "asymmetric_friction"}, {"linear_spring", "cubic_spring", "gravity_tilt"},
+    DRY, {"viscous_friction", "quadratic_drag", "asymmetric_friction"}, {"linear_spring", "cubic_spring"},
     {"input_saturation", "input_dead_zone", "backlash"}, {"input_gain", "added_inertia"},
 ]
 KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "viscous_friction", "quadratic_drag",

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 
-#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
 #include "physics/parameters.hpp"
@@ -12,11 +11,6 @@
 namespace bayesctrl {
 
 namespace {
-
-bool has_kind(const std::vector<Effect>& effects, const Effect& other) {
-  return std::ranges::any_of(
-      effects, [&](const Effect& one) { return one.form.index() == other.form.index() && one.joint == other.joint; });
-}
 
 /// Largest posterior correlation between a number of one effect of a fit and another of one.
 double correlation(const Fit& fit, int one, int other) {
@@ -35,7 +29,8 @@ double correlation(const Fit& fit, int one, int other) {
 
 }  // namespace
 
-Gap::Gap(const FitProblem& problem, const Fit& fit, const std::vector<std::size_t>& out)
+Gap::Gap(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& jacobian,
+         const std::vector<std::size_t>& out)
     : problem_(problem), sse_(fit.sse) {
   std::vector<int> place(fit.effects.size(), -1);
   for (std::size_t e = 0; e < fit.effects.size(); ++e) {
@@ -43,7 +38,6 @@ Gap::Gap(const FitProblem& problem, const Fit& fit, const std::vector<std::size_
     if (!goes) place[e] = static_cast<int>(left_.size());
     (goes ? out_ : left_).push_back(fit.effects[e]);
   }
-  const Eigen::MatrixXd jacobian = linear_jacobian(problem, fit);
   beside_.resize(jacobian.rows(), jacobian.cols());
   for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
     Unknown unknown = fit.unknowns[i];
@@ -106,6 +100,11 @@ std::vector<Effect> Gap::filled(const std::vector<Effect>& others) const {
   return set;
 }
 
+bool has_kind(const std::vector<Effect>& effects, const Effect& other) {
+  return std::ranges::any_of(
+      effects, [&](const Effect& one) { return one.form.index() == other.form.index() && one.joint == other.joint; });
+}
+
 std::vector<Effect> Promise::set() const {
   std::vector<Effect> effects = gap->left();
   effects.insert(effects.end(), others.begin(), others.end());
@@ -113,10 +112,11 @@ std::vector<Effect> Promise::set() const {
 }
 
 std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
-                              const Fit& fit, const std::vector<std::size_t>& out, double margin) {
+                              const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
+                              double margin) {
   std::vector<Promise> list;
   if (fit.effects.size() - out.size() >= std::size_t{kSettings.search.largest_set}) return list;
-  const auto gap = std::make_shared<const Gap>(problem, fit, out);
+  const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, out);
   const Additions all = gap->additions(screen, {});
   const double lost = 0.5 * (all.left - fit.sse);
   for (const Finding& finding : all.findings) {
@@ -129,8 +129,9 @@ std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, c
 }
 
 std::vector<Promise> replacements(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
-                                  const Fit& fit, const std::vector<std::size_t>& out, double margin) {
-  const auto gap = std::make_shared<const Gap>(problem, fit, out);
+                                  const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
+                                  double margin) {
+  const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, out);
   std::vector<Effect> others;
   std::vector<Promise> list;
   while (others.size() < 2 && gap->left().size() + others.size() < std::size_t{kSettings.search.largest_set}) {

@@ -11,8 +11,8 @@ namespace bayesctrl {
 /// may stand beside a fit, or in the place of some of it, needs no simulation.
 class Gap {
  public:
-  /// `out`: of the fit's effects, in any order; none: what the fit leaves.
-  Gap(const FitProblem& problem, const Fit& fit, const std::vector<std::size_t>& out);
+  /// `jacobian`: linear_jacobian of the fit; `out`: of its effects, in any order; none: what the fit leaves.
+  Gap(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out);
 
   const std::vector<Effect>& left() const { return left_; }
   std::size_t size() const { return out_.size(); }
@@ -43,6 +43,9 @@ class Gap {
   Eigen::VectorXd target_;
 };
 
+/// Whether a set holds an effect of this kind in this joint.
+bool has_kind(const std::vector<Effect>& effects, const Effect& other);
+
 /// A set that may be better than a fit: what is left of that, and others.
 struct Promise {
   double evidence = 0.0;  // that the linear response promises
@@ -55,11 +58,13 @@ struct Promise {
 /// Every effect in the place of those of a fit, or beside all that it has, that promises no less than `margin` nats
 /// below its evidence, and a part of what those explained: as much as their linear response may err.
 std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
-                              const Fit& fit, const std::vector<std::size_t>& out, double margin);
+                              const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
+                              double margin);
 
 /// The same with the best one or two others in the place of two effects, or of one.
 std::vector<Promise> replacements(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
-                                  const Fit& fit, const std::vector<std::size_t>& out, double margin);
+                                  const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
+                                  double margin);
 
 /// Effects of a fit, one or two, whose numbers the recordings hardly tell apart (by their posterior correlation), most
 /// entangled first: they may together do what others did.

@@ -1,17 +1,17 @@
 #include "diagnose/search/climb.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <utility>
 
+#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/search/beside.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-bool same_suspect(const Effect& a, const Effect& b) { return a.form.index() == b.form.index() && a.joint == b.joint; }
 
 /// Steps from the best fit so far; each adds what is next to it in one way.
 class Climb {
@@ -65,10 +65,9 @@ class Climb {
 
   /// What the linear response promises: one effect more, or another in the place of one.
   void promised() {
-    std::vector<Promise> list = promises(fits_.problem(), screen_, dictionary_, best_, {}, kSettings.search.possible);
+    std::vector<Promise> list = promises_of(best_, jacobian_, {}, kSettings.search.possible);
     for (std::size_t e = 0; e < best_.effects.size(); ++e) {
-      std::ranges::move(promises(fits_.problem(), screen_, dictionary_, best_, {e}, kSettings.search.hopeless),
-                        std::back_inserter(list));
+      std::ranges::move(promises_of(best_, jacobian_, {e}, kSettings.search.hopeless), std::back_inserter(list));
     }
     std::ranges::stable_sort(list, std::greater{}, &Promise::evidence);
     int tried = 0;
@@ -110,8 +109,8 @@ class Climb {
     for (std::size_t e = 0; e < best_.effects.size(); ++e) {
       const Fit* base = fits_.part(best_, e);
       for (std::size_t size = best_.effects.size(); base != nullptr && size <= best_.effects.size() + 1; ++size) {
-        std::vector<Promise> list = promises(fits_.problem(), screen_, dictionary_, *base, {}, kInfinity);
-        std::erase_if(list, [&](const Promise& p) { return same_suspect(p.others.back(), best_.effects[e]); });
+        std::vector<Promise> list = promises_of(*base, linear_jacobian(fits_.problem(), *base), {}, kInfinity);
+        std::erase_if(list, [&](const Promise& p) { return has_kind(p.others, best_.effects[e]); });
         if (list.empty()) break;
         fits_.extend(*base, list.front().set());
         base = fits_.find(list.front().set());
@@ -124,7 +123,7 @@ class Climb {
   void disentangled() {
     for (const std::vector<std::size_t>& out : entangled(best_)) {
       for (const Promise& promise :
-           replacements(fits_.problem(), screen_, dictionary_, best_, out, kSettings.search.hopeless)) {
+           replacements(fits_.problem(), screen_, dictionary_, best_, jacobian_, out, kSettings.search.hopeless)) {
         const Fit* found = keep(promise);
         if (found != nullptr && found->log_evidence > best_.log_evidence) return;
       }
@@ -133,16 +132,21 @@ class Climb {
 
  private:
   static bool holds(const std::vector<Effect>& set, const std::vector<Effect>& part) {
-    return std::ranges::all_of(part, [&](const Effect& one) {
-      return std::ranges::any_of(set, [&](const Effect& other) { return same_suspect(one, other); });
-    });
+    return std::ranges::all_of(part, [&](const Effect& one) { return has_kind(set, one); });
   }
   bool stood(const Fit& fit) const {
     return std::ranges::any_of(stood_, [&](const auto& set) { return key(set) == key(fit.effects); });
   }
+  /// Stands on the best.
   bool take() {
     stood_.push_back(best_.effects);
+    jacobian_ = linear_jacobian(fits_.problem(), best_);
     return true;
+  }
+
+  std::vector<Promise> promises_of(const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
+                                   double margin) const {
+    return promises(fits_.problem(), screen_, dictionary_, fit, jacobian, out, margin);
   }
 
   /// Fits a set that was promised, once.
@@ -157,6 +161,7 @@ class Climb {
   const Explanation& result_;
   const ExplainOptions& options_;
   Fit best_;
+  Eigen::MatrixXd jacobian_;  // of the best, by the linear response
   std::vector<std::vector<Effect>> stood_;
   int restarts_ = 0;
   double left_ = kInfinity;

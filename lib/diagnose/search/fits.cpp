@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
@@ -110,7 +111,7 @@ bool Fits::is_lost(const Fit& fit) const {
 /// What is left of a fit without the one effect that a set lacks; none where it lacks another number of them.
 std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) const {
   for (std::size_t e = 0; e < of.effects.size(); ++e) {
-    if (without(of.effects, e) == effects) return Gap(problem(), of, {e});
+    if (without(of.effects, e) == effects) return Gap(problem(), of, linear_jacobian(problem(), of), {e});
   }
   return std::nullopt;
 }

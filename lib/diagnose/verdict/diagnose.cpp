@@ -3,58 +3,33 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "base/error.hpp"
 #include "base/format.hpp"
-#include "diagnose/doubt/suspect.hpp"
 #include "diagnose/fit/autoregression.hpp"
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/doubts.hpp"
 #include "diagnose/verdict/in_time.hpp"
 #include "diagnose/verdict/inclusion.hpp"
 #include "diagnose/verdict/judge.hpp"
 #include "diagnose/verdict/present.hpp"
 #include "diagnose/verdict/propose.hpp"
+#include "diagnose/verdict/searchable.hpp"
 #include "diagnose/verdict/units.hpp"
 #include "diagnose/verdict/where.hpp"
 #include "diagnose/verdict/which.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
+#include "io/provenance.hpp"
 #include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-/// Which recordings say enough to be diagnosed; a reason where they do not.
-std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
-  double samples = 0.0, duration = 0.0;
-  for (const Measured& m : data) {
-    samples += static_cast<double>(m.samples());
-    duration += m.time.back();
-  }
-  if (samples < kSettings.recording.least_samples) return "only " + format(samples, 6) + " samples in all";
-  if (duration < kSettings.recording.least_duration) return "only " + format(duration, 3) + " s of recording in all";
-  double most = 0.0;
-  for (const Measured& m : data) {
-    for (Eigen::Index j = 0; j < noise.size(); ++j) {
-      const Eigen::ArrayXd q = m.position.col(j).array() - m.position.col(j).mean();
-      most = std::max(most, std::sqrt(q.square().mean()) / std::max(noise[j], 1e-300));
-    }
-  }
-  if (most < kSettings.recording.least_motion) return "the machine never moves beyond its sensor's noise";
-  if (windows(data, kSettings.motion.segment).empty()) {
-    const double period = shortest_sample_period(data);
-    const bool milliseconds = period > 0.5;  // no mechanics is sampled that slowly
-    return milliseconds ? "samples are " + format(period, 3) + " s apart: is the time in milliseconds (scale: 0.001)?"
-                        : "no stretch of a second without a gap";
-  }
-  return "";
-}
 
 std::vector<Measured> read_all(const std::vector<RecordingFile>& files, const Signals& signals) {
   std::vector<Measured> data;
@@ -105,13 +80,6 @@ Diagnosis blank(const DiagnosisSpec& spec) {
   blank.fit.unit = blank.units.front().position;
   blank.fit.horizon = spec.horizon;
   return blank;
-}
-
-ExplainOptions search_options(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
-                              const Eigen::VectorXd& noise) {
-  const double fastest =
-      std::max(kSettings.motion.fastest_mode, kSettings.motion.bandwidth * mean_frequency(recordings, noise));
-  return {spec.effects, spec.model.free, kSettings.motion.segment * kSettings.motion.fastest_mode / fastest, fastest};
 }
 
 Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, const ExplainOptions& options,
@@ -307,13 +275,6 @@ void require_horizon(const DiagnosisSpec& spec, const std::vector<Measured>& dat
   }
 }
 
-/// As much of recordings as a search needs.
-std::vector<Measured> thinned(const Plant& plant, const std::vector<Measured>& recordings,
-                              const ExplainOptions& options, const Eigen::VectorXd& noise) {
-  return decimated(plant, excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt), noise,
-                   kSettings.motion.samples_per_period * options.fastest_mode);
-}
-
 /// What a model adds to the nominal along the motion: samples x joints, of each recording.
 std::vector<Eigen::MatrixXd> explained_torque(const Search& search, const Fit& fit) {
   const Forcing forcing(search.nominal, search.data, search.smoothed);
@@ -321,66 +282,6 @@ std::vector<Eigen::MatrixXd> explained_torque(const Search& search, const Fit& f
   for (std::size_t r = 0; r < search.data.size(); ++r) list.push_back(forcing.torque(fit.plant, fit.effects, r));
   return list;
 }
-
-/// RMS error of free runs of the nominal; infinite where it cannot be simulated.
-double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
-  const Plant& nominal = *spec.model.plant;
-  constexpr double kStep = 0.011;  // s
-  try {
-    const std::vector<Trajectory> paths = smooth_all(nominal, data, noise.cwiseMax(1e-12));
-    return free_runs({nominal, {}, {}}, data, paths, spec.horizon, false, kStep).rms;
-  } catch (const NumericalError&) {
-    return kInfinity;
-  }
-}
-
-/// A search of any scene, as it was made of the one that the spec describes.
-std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene) {
-  const Eigen::VectorXd noise = noise_level(scene.data);
-  if (!too_little(scene.data, noise).empty()) return std::nullopt;
-  ExplainOptions options = search_options(spec, scene.data, noise);
-  options.free = scene.free;
-  const std::vector<Measured> data = thinned(scene.plant, scene.data, options, noise);
-  try {
-    Explanation explanation = explain(scene.plant, data, options);
-    const std::vector<Trajectory> paths = smooth_all(scene.plant, data, explanation.noise);
-    const Fit& best = explanation.best().fit;
-    const double error =
-        free_runs({best.plant, best.effects, {}}, data, paths, spec.horizon, false, explanation.max_step).rms;
-    return Looked{std::move(explanation), error, motion_rms(data)};
-  } catch (const NumericalError&) {
-    return std::nullopt;
-  }
-}
-
-/// Doubts of one spec: what was looked at once is remembered.
-class Doubts {
- public:
-  Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recordings)
-      : spec_(spec), scene_{*spec.model.plant, recordings, spec.model.free}, subject_{spec, *spec.model.plant, {}} {
-    for (const JointUnits& units : joint_units(spec)) subject_.position_units.push_back(units.position);
-  }
-
-  /// Whether a mistake explains far better than physics; all that may be are stated.
-  bool decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis) {
-    const Suspected found = suspect(subject_, scene_, nominal, given, [&](const Scene& s, const std::string& name) {
-      const auto known = seen_.find(name);
-      return known != seen_.end() ? known->second : seen_.emplace(name, look(spec_, s)).first->second;
-    });
-    diagnosis.suspicions = found.suspicions;
-    if (found.decisive) diagnosis.verdict = Verdict::check_spec;
-    return found.decisive;
-  }
-
-  /// Whether the nominal, with friction, says so little that a mistake has to be looked for first.
-  bool gross() const { return unexplained(scene_) > kSettings.doubt.gross; }
-
- private:
-  const DiagnosisSpec& spec_;
-  Scene scene_;
-  Subject subject_;
-  std::map<std::string, std::optional<Looked>> seen_;
-};
 
 /// Whether physics alone is an answer that leaves no doubt of the spec.
 bool beyond_doubt(const Search& search, const Judgement& judgement) {
@@ -503,6 +404,12 @@ void write_diagnosis(const Diagnosed& diagnosed, const std::filesystem::path& fo
   }
   if (!diagnosed.runs.columns.empty()) batch.add(folder / "fit.csv", to_csv(diagnosed.runs, 7));
   batch.commit();
+}
+
+void write_origin(const DiagnosisSpec& spec, const std::filesystem::path& file, const std::filesystem::path& folder) {
+  nlohmann::ordered_json origin = provenance(file.filename().string(), to_json(spec));
+  origin["settings"] = to_json(kSettings);
+  write_file(folder / "provenance.json", origin.dump(2) + "\n");
 }
 
 }  // namespace bayesctrl

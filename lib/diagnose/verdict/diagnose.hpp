@@ -26,4 +26,7 @@ Diagnosed diagnose(const DiagnosisSpec& spec, const StageBegins& begins = {});
 /// Files of a diagnosis in a folder, all or none.
 void write_diagnosis(const Diagnosed& diagnosed, const std::filesystem::path& folder);
 
+/// Where it comes from, beside them: the spec that was read from `file`, the diagnosis' settings, the program.
+void write_origin(const DiagnosisSpec& spec, const std::filesystem::path& file, const std::filesystem::path& folder);
+
 }  // namespace bayesctrl

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/search/climb.hpp"
 #include "physics/catalogue.hpp"
 #include "support/recorded_fits.hpp"
@@ -16,6 +17,7 @@ struct Searched : testing::RecordedFits {
   explicit Searched(const std::vector<Effect>& hidden) : RecordedFits(hidden, testing::whole_catalogue()) {}
 
   const Dictionary& dictionary() const { return about->dictionary; }
+  Eigen::MatrixXd jacobian(const Fit& fit) const { return linear_jacobian(fits.problem(), fit); }
   Screen screen{about->dictionary, about->dictionary.columns, about->response->target(), {.penalty = 3.0}};
 };
 
@@ -49,7 +51,7 @@ TEST_CASE("What a fit leaves without one of its effects is what that effect expl
     Searched searched({effect});
     const Fit fit = *searched.fits.add({effect});
     REQUIRE(leaves_little(fit));
-    const Gap gap(searched.fits.problem(), fit, {0});
+    const Gap gap(searched.fits.problem(), fit, searched.jacobian(fit), {0});
     CHECK(gap.left().empty());
     CHECK(gap.knows(effect));
     const Additions all = gap.additions(searched.screen, {});
@@ -69,7 +71,7 @@ TEST_CASE("Of what a fit lacks the best addition is promised first, with all it 
   Searched searched({kStiff, kBiased, kDrag});
   const Fit fit = *searched.fits.add({kStiff, kDrag});
   const std::vector<Promise> list =
-      promises(searched.fits.problem(), searched.screen, searched.dictionary(), fit, {}, 30.0);
+      promises(searched.fits.problem(), searched.screen, searched.dictionary(), fit, searched.jacobian(fit), {}, 30.0);
   REQUIRE_FALSE(list.empty());
   CHECK(key(list.front().set()) == key({kStiff, kBiased, kDrag}));
   for (const Promise& promise : list) CHECK(promise.others.size() == 1);
@@ -87,7 +89,7 @@ TEST_CASE("What another law has stood for is found in its place", "[diagnose][se
   Searched searched({{ActuatorLag{0.04}, 0}, kStiff});
   const Fit fit = *searched.fits.add({kStiff, {InputDelay{0.03}, 0}});
   const std::vector<Promise> list =
-      promises(searched.fits.problem(), searched.screen, searched.dictionary(), fit, {1}, 30.0);
+      promises(searched.fits.problem(), searched.screen, searched.dictionary(), fit, searched.jacobian(fit), {1}, 30.0);
   REQUIRE_FALSE(list.empty());
   CHECK(key(list.front().set()) == key({kStiff, {ActuatorLag{0.04}, 0}}));
 }
@@ -100,8 +102,8 @@ TEST_CASE("Two laws that only together do what one does give way to it", "[diagn
   const std::vector<std::vector<std::size_t>> sets = entangled(pair);
   REQUIRE(std::ranges::find(sets, std::vector<std::size_t>{0, 2}) != sets.end());
   CHECK(std::ranges::find(sets, std::vector<std::size_t>{1, 2}) == sets.end());
-  const std::vector<Promise> list =
-      replacements(searched.fits.problem(), searched.screen, searched.dictionary(), pair, {0, 2}, 30.0);
+  const std::vector<Promise> list = replacements(searched.fits.problem(), searched.screen, searched.dictionary(), pair,
+                                                 searched.jacobian(pair), {0, 2}, 30.0);
   CHECK(kinds(list).contains(key({kStiff})));
 
   Explanation result;

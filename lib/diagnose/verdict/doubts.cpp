@@ -1,0 +1,62 @@
+#include "diagnose/verdict/doubts.hpp"
+
+#include "base/error.hpp"
+#include "diagnose/fit/free_runs.hpp"
+#include "diagnose/settings.hpp"
+#include "diagnose/verdict/searchable.hpp"
+#include "diagnose/verdict/units.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+/// A search of any scene, as it was made of the one that the spec describes.
+std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene) {
+  const Eigen::VectorXd noise = noise_level(scene.data);
+  if (!too_little(scene.data, noise).empty()) return std::nullopt;
+  ExplainOptions options = search_options(spec, scene.data, noise);
+  options.free = scene.free;
+  const std::vector<Measured> data = thinned(scene.plant, scene.data, options, noise);
+  try {
+    Explanation explanation = explain(scene.plant, data, options);
+    const std::vector<Trajectory> paths = smooth_all(scene.plant, data, explanation.noise);
+    const Fit& best = explanation.best().fit;
+    const double error =
+        free_runs({best.plant, best.effects, {}}, data, paths, spec.horizon, false, explanation.max_step).rms;
+    return Looked{std::move(explanation), error, motion_rms(data)};
+  } catch (const NumericalError&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
+  const Plant& nominal = *spec.model.plant;
+  constexpr double kStep = 0.011;  // s
+  try {
+    const std::vector<Trajectory> paths = smooth_all(nominal, data, noise.cwiseMax(1e-12));
+    return free_runs({nominal, {}, {}}, data, paths, spec.horizon, false, kStep).rms;
+  } catch (const NumericalError&) {
+    return kInfinity;
+  }
+}
+
+Doubts::Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recordings)
+    : spec_(spec), scene_{*spec.model.plant, recordings, spec.model.free}, subject_{spec, *spec.model.plant, {}} {
+  for (const JointUnits& units : joint_units(spec)) subject_.position_units.push_back(units.position);
+}
+
+bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis) {
+  const Suspected found = suspect(subject_, scene_, nominal, given, [&](const Scene& s, const std::string& name) {
+    const auto known = seen_.find(name);
+    return known != seen_.end() ? known->second : seen_.emplace(name, look(spec_, s)).first->second;
+  });
+  diagnosis.suspicions = found.suspicions;
+  if (found.decisive) diagnosis.verdict = Verdict::check_spec;
+  return found.decisive;
+}
+
+bool Doubts::gross() const { return unexplained(scene_) > kSettings.doubt.gross; }
+
+}  // namespace bayesctrl

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "diagnose/doubt/suspect.hpp"
+#include "diagnose/verdict/diagnosis.hpp"
+
+namespace bayesctrl {
+
+/// RMS error of free runs of the nominal; infinite where it cannot be simulated.
+double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& data, const Eigen::VectorXd& noise);
+
+/// Doubts of one spec, which must outlive them: what was looked at once is remembered.
+class Doubts {
+ public:
+  Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recordings);
+
+  /// Whether a mistake explains far better than physics; all that may be are stated.
+  bool decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis);
+
+  /// Whether the nominal, with friction, says so little that a mistake has to be looked for first.
+  bool gross() const;
+
+ private:
+  const DiagnosisSpec& spec_;
+  Scene scene_;
+  Subject subject_;
+  std::map<std::string, std::optional<Looked>> seen_;
+};
+
+}  // namespace bayesctrl
