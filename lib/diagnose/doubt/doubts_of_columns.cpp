@@ -127,6 +127,12 @@ void add_absolute(std::vector<Doubt>& list, const Subject& subject) {
   }
 }
 
+/// What would be seen had one joint begun elsewhere.
+Kinematics moved(Kinematics seen, Eigen::Index joint, double by) {
+  for (Kinematics::Stretch& stretch : seen.stretches) stretch.position.col(joint).array() += by;
+  return seen;
+}
+
 /// Position as the integral of what was taken for it. Where it began is what explains the recording best.
 Doubt velocity_for_position(const Subject& subject) {
   const bool anywhere = subject.turns(0);
@@ -142,16 +148,17 @@ Doubt velocity_for_position(const Subject& subject) {
                   }
                   m.position = q;
                   if (!anywhere) continue;
+                  Kinematics seen = observe({m});
                   for (Eigen::Index j = 0; j < q.cols(); ++j) {
                     double best = kInfinity, start = 0.0;
                     for (double tried = -3.0; tried <= 3.2; tried += 0.1) {
-                      m.position.col(j) = q.col(j).array() + tried;
-                      const double left = unexplained(scene.plant, observe({m}));
+                      const double left = unexplained(scene.plant, moved(seen, j, tried));
                       if (left >= best) continue;
                       best = left;
                       start = tried;
                     }
-                    m.position.col(j) = q.col(j).array() + start;
+                    m.position.col(j).array() += start;
+                    seen = moved(std::move(seen), j, start);
                   }
                 }
                 return true;

@@ -13,12 +13,14 @@ namespace bayesctrl {
 namespace {
 
 /// A Gaussian and its derivatives as weights of samples from -reach to reach, exact for polynomials of second degree.
+/// What it leaves is smooth: samples a quarter of its width apart hold all of it, so a second pass has stride 1.
 struct Filter {
-  Eigen::Index reach = 0;
+  Eigen::Index reach = 0, stride = 1;  // samples
   Eigen::VectorXd mean, first, second;
 
   Filter(double width, double period) {
     reach = std::max<Eigen::Index>(2, static_cast<Eigen::Index>(std::ceil(4.0 * width / period)));
+    stride = 2 * static_cast<Eigen::Index>(width / (8.0 * period)) + 1;  // odd: the samples about a row have a midst
     const Eigen::ArrayXd t = period * Eigen::ArrayXd::LinSpaced(2 * reach + 1, double(-reach), double(reach));
     const Eigen::ArrayXd bell = (-0.5 * (t / width).square()).exp();
     mean = bell / bell.sum();
@@ -28,12 +30,27 @@ struct Filter {
     second = 2.0 * curved / (t.square() * curved).sum();
   }
 
-  /// Filtered columns, `reach` rows fewer at each end.
+  /// Rows of what is filtered: `reach` samples are lost at each end, of the others each `stride`-th is one.
+  Eigen::Index rows(Eigen::Index samples) const {
+    return std::max<Eigen::Index>(0, (samples - 2 * reach + stride - 1) / stride);
+  }
+
+  /// Filtered columns.
   Eigen::MatrixXd operator()(const Eigen::VectorXd& weights, const Eigen::MatrixXd& signal) const {
-    const Eigen::Index rows = std::max<Eigen::Index>(0, signal.rows() - 2 * reach);
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(rows, signal.cols());
-    for (Eigen::Index i = 0; i <= 2 * reach; ++i) result += weights[2 * reach - i] * signal.middleRows(i, rows);
+    const Eigen::Index count = rows(signal.rows());
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count, signal.cols());
+    for (Eigen::Index i = 0; i <= 2 * reach; ++i) {
+      result += weights[2 * reach - i] * signal(Eigen::seqN(i, count, stride), Eigen::all);
+    }
     return result;
+  }
+
+  /// Means of columns over each row's part of the samples.
+  Eigen::MatrixXd means(const Eigen::MatrixXd& signal) const {
+    const Eigen::Index count = rows(signal.rows()), from = reach - stride / 2;
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count, signal.cols());
+    for (Eigen::Index i = 0; i < stride; ++i) result += signal(Eigen::seqN(from + i, count, stride), Eigen::all);
+    return result / static_cast<double>(stride);
   }
 };
 
@@ -73,6 +90,8 @@ std::vector<Resampled> all_resampled(const std::vector<Measured>& data) {
   }
   return list;
 }
+
+bool long_enough(const Resampled& part, const Filter& filter) { return part.position.rows() > 5 * filter.reach; }
 
 /// Mean square of smoothed accelerations of one joint.
 double mean_square_acceleration(const std::vector<Resampled>& parts, double width, Eigen::Index joint) {
@@ -138,11 +157,27 @@ Kinematics observe(const std::vector<Measured>& data) {
   result.width = choose_width(data, parts);
   for (const Resampled& part : parts) {
     const Filter filter(result.width, part.period);
-    if (part.position.rows() <= 5 * filter.reach) continue;
-    const Eigen::Index rows = part.position.rows() - 2 * filter.reach;
-    result.stretches.push_back({part.start + part.period * static_cast<double>(filter.reach), part.period,
-                                filter(filter.mean, part.position), filter(filter.first, part.position),
-                                filter(filter.second, part.position), part.input.middleRows(filter.reach, rows)});
+    if (!long_enough(part, filter)) continue;
+    result.stretches.push_back({part.start + part.period * static_cast<double>(filter.reach),
+                                part.period * static_cast<double>(filter.stride), filter(filter.mean, part.position),
+                                filter(filter.first, part.position), filter(filter.second, part.position),
+                                filter.means(part.input)});
+  }
+  return result;
+}
+
+Kinematics Observer::operator()(const std::vector<Measured>& changed) const {
+  const auto same = [&](auto&& equal) { return std::ranges::equal(data_, changed, equal); };
+  const auto same_motion = [](const Measured& a, const Measured& b) {
+    return a.time == b.time && a.position == b.position;
+  };
+  if (!same(same_motion)) return observe(changed);
+  if (same([](const Measured& a, const Measured& b) { return a.input == b.input; })) return seen_;
+  Kinematics result = seen_;
+  auto stretch = result.stretches.begin();
+  for (const Resampled& part : all_resampled(changed)) {
+    const Filter filter(seen_.width, part.period);
+    if (long_enough(part, filter)) (stretch++)->input = filter.means(part.input);
   }
   return result;
 }

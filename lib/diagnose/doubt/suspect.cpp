@@ -23,16 +23,25 @@ Scene glimpse(const Scene& scene) {
   return {scene.plant, excerpts(scene.data, wanted, std::max(0.25 * wanted, 0.05 * seconds)), scene.free};
 }
 
-double left_with(const Doubt& doubt, Scene scene, double value) {
-  if (!doubt.mend(scene, value)) return kInfinity;
-  return unexplained(scene.plant, observe(scene.data));
+/// A scene and what is seen of it.
+struct Seen {
+  Scene scene;
+  Observer observer;
+
+  explicit Seen(Scene s) : scene(std::move(s)), observer(scene.data) {}
+};
+
+double left_with(const Doubt& doubt, const Seen& seen, double value) {
+  Scene mended = seen.scene;
+  if (!doubt.mend(mended, value)) return kInfinity;
+  return unexplained(mended.plant, seen.observer(mended.data));
 }
 
 /// The best number by its values and, between them, by golden section.
-Impression impression(const Doubt& doubt, const Scene& scene) {
+Impression impression(const Doubt& doubt, const Seen& seen) {
   Impression best{&doubt, 0.0, kInfinity};
   for (const double value : doubt.values) {
-    const double left = left_with(doubt, scene, value);
+    const double left = left_with(doubt, seen, value);
     if (left < best.left) best = {&doubt, value, left};
   }
   if (!doubt.continuous || !std::isfinite(best.left)) return best;
@@ -40,17 +49,17 @@ Impression impression(const Doubt& doubt, const Scene& scene) {
   double low = std::log(best.value) - 0.3, high = std::log(best.value) + 0.3;
   for (int i = 0; i < 14; ++i) {
     const double a = high - kPart * (high - low), b = low + kPart * (high - low);
-    if (left_with(doubt, scene, std::exp(a)) < left_with(doubt, scene, std::exp(b))) {
+    if (left_with(doubt, seen, std::exp(a)) < left_with(doubt, seen, std::exp(b))) {
       high = b;
     } else {
       low = a;
     }
   }
-  const double value = std::exp(0.5 * (low + high)), left = left_with(doubt, scene, value);
+  const double value = std::exp(0.5 * (low + high)), left = left_with(doubt, seen, value);
   if (left < best.left) best = {&doubt, value, left};
   if (doubt.whole) {  // teeth of wheels are
     const double round = best.value > 1.0 ? std::round(best.value) : 1.0 / std::round(1.0 / best.value);
-    if (left_with(doubt, scene, round) < 1.2 * best.left) best.value = round;
+    if (left_with(doubt, seen, round) < 1.2 * best.left) best.value = round;
   }
   return best;
 }
@@ -137,9 +146,9 @@ double motion_rms(const std::vector<Measured>& data) {
 }
 
 std::vector<Impression> impressions(const std::vector<Doubt>& doubts, const Scene& scene) {
-  const Scene part = glimpse(scene);
+  const Seen part{glimpse(scene)}, whole{scene};
   std::vector<Impression> list;
-  for (const Doubt& doubt : doubts) list.push_back(impression(doubt, doubt.in_samples ? scene : part));
+  for (const Doubt& doubt : doubts) list.push_back(impression(doubt, doubt.in_samples ? whole : part));
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.left < b.left; });
   return list;
 }
