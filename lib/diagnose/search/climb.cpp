@@ -1,6 +1,7 @@
 #include "diagnose/search/climb.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <iterator>
 #include <utility>
@@ -28,7 +29,7 @@ class Climb {
     if (best_.effects.empty()) return false;
     if (!stood(best_)) return take();
     const bool near = explains_most() && result_.excess(best_) < kSettings.search.restarts_below;
-    if (!leaves_something() || !near || restarts_++ >= kSettings.search.restarts) return false;
+    if (!leaves_something() || !near || restarts_++ >= most_restarts()) return false;
     const auto other = std::ranges::find_if(ranked, [&](const Fit* fit) {
       return !fit->effects.empty() && !fit->glanced && std::ranges::none_of(stood_, [&](const auto& set) {
         return holds(set, fit->effects) || holds(fit->effects, set);
@@ -136,6 +137,10 @@ class Climb {
   }
   bool stood(const Fit& fit) const {
     return std::ranges::any_of(stood_, [&](const auto& set) { return key(set) == key(fit.effects); });
+  }
+  /// Fewer where the response has more rows than usual: fits are as much slower.
+  long most_restarts() const {
+    return std::lround(kSettings.search.restarts * std::min(1.0, kSettings.search.usual_rows / result_.rows));
   }
   /// Stands on the best.
   bool take() {
