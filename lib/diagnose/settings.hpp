@@ -472,6 +472,8 @@ struct VerdictSettings {
   double unseen = 1e-3;
   double trace = 0.003;
   double above_remainder = 5.0;
+  double alone = 0.98;
+  double rebounds = 1e-3;
   double never_acts = 0.1;
   int most_equivalents = 3;
   double listed = 0.01;
@@ -527,6 +529,11 @@ struct VerdictSettings {
           {kPositive, "of the error, squares", "without it: an effect of a smaller share is told as a trace"});
     field("above_remainder", self.above_remainder,
           {kPositive, "of what is left, squares", "which an effect has to take away to be named beside it"});
+    field("alone", self.alone,
+          {between(0.0, 1.0), "of the mismatch, squares",
+           "that one effect alone has to take away to be told in `alone`"});
+    field("rebounds", self.rebounds,
+          {kPositive, "of squared velocities", "the other way, with which a joint still moves one way only"});
     field("never_acts", self.never_acts,
           {kPositive, "nats",
            "by which an effect changes the evidence at most, beside its penalty, that does nothing there"});

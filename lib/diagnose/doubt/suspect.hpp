@@ -55,6 +55,9 @@ struct Suspected {
 /// of another size altogether, or undoes a term of the plant.
 bool implausible(const Fit& fit, const std::vector<Measured>& data);
 
+/// Whether next to nothing of the input of some joint acts after the effects on it.
+bool switches_input_off(const Fit& fit, const std::vector<Measured>& data);
+
 /// The same of a scene, from a part of its samples.
 double unexplained(const Scene& scene);
 

@@ -11,6 +11,7 @@
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
+#include "diagnose/verdict/alone.hpp"
 #include "diagnose/verdict/doubts.hpp"
 #include "diagnose/verdict/in_time.hpp"
 #include "diagnose/verdict/inclusion.hpp"
@@ -18,6 +19,7 @@
 #include "diagnose/verdict/present.hpp"
 #include "diagnose/verdict/propose.hpp"
 #include "diagnose/verdict/searchable.hpp"
+#include "diagnose/verdict/sentence.hpp"
 #include "diagnose/verdict/units.hpp"
 #include "diagnose/verdict/where.hpp"
 #include "diagnose/verdict/which.hpp"
@@ -303,6 +305,15 @@ void doubted(Judgement& judgement, const Search& search) {
   judgement.equivalence = {};
 }
 
+/// Sets that switch the input off are no physics: while the motion answers to the input, the others say what is
+/// missing.
+void drop_dead_inputs(Search& search) {
+  std::vector<Candidate>& candidates = search.explanation.candidates;
+  std::erase_if(candidates, [&](const Candidate& c) { return switches_input_off(c.fit, search.data); });
+  prefer_simple(search.explanation, search.data, search.options, search.spec.horizon);
+  merge_immaterial(search.explanation);
+}
+
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
 void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                  const std::vector<Measured>& held_out, const Eigen::VectorXd& noise, const StageBegins& stage,
@@ -330,7 +341,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     diagnosis.mismatch.detected = true;
     return;
   }
-  const Search& found = *searched;
+  Search& found = *searched;
   stage(60, "testing what they leave");
   const AsGiven given = nominal_as_given(found);
   Judgement judgement = judge(found, missing_torque(found), given.p_value);
@@ -343,6 +354,9 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     if (doubts.decide(error(models.before), Looked{found.explanation, error(models.after), motion_rms(data)},
                       diagnosis)) {
       doubted(judgement, found);
+    } else if (switches_input_off(found.best(), data)) {
+      drop_dead_inputs(found);
+      judgement = judge(found, missing_torque(found), given.p_value);
     }
   }
   drop_refuted_remainder(judgement, found, compared(held_out));
@@ -370,6 +384,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     unconfirmed.push_back(models.after.effects[e]);
   }
   doubt_in_time(diagnosis, unconfirmed);
+  const bool open = diagnosis.verdict == Verdict::unknown || diagnosis.verdict == Verdict::ambiguous;
+  if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found);
   result.missing_torque = torque_table(data, found.smoothed, explained_torque(found, judgement.fit), diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit);
 }

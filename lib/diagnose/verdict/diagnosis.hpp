@@ -149,6 +149,17 @@ struct Unexplained {
   }
 };
 
+/// Effects any of which alone would do nearly all that is missing.
+struct Alone {
+  Named<double> effects;
+  bool one_way = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("effects", self.effects, detail::told("of the mismatch that each takes away, squares, by name"));
+    field("one_way", self.one_way, detail::told("whether their joints move in one direction only"));
+  }
+};
+
 struct Alternative {
   std::vector<std::string> effects;  // "coulomb_friction", with several joints "coulomb_friction@2"
   double probability = 0.0;
@@ -320,6 +331,7 @@ struct Diagnosis {
   std::optional<Unexplained> remainder;
   std::vector<Alternative> alternatives;
   std::vector<std::vector<std::string>> indistinguishable;
+  std::optional<Alone> alone;
   FitFigures fit;
   Residual residual;
   std::optional<NextExperiment> next_experiment;
@@ -340,6 +352,7 @@ struct Diagnosis {
     field("remainder", self.remainder, detail::told("what no effect explains"));
     field("alternatives", self.alternatives, detail::told("what else it may be, most probable first"));
     field("indistinguishable", self.indistinguishable, detail::told("names that the recordings cannot separate"));
+    field("alone", self.alone, {.text = "effects where none is certain: any alone would do nearly all of it"});
     field("fit", self.fit, detail::told("errors of simulations"));
     field("residual", self.residual, detail::told("tests of what is left"));
     field("next_experiment", self.next_experiment, detail::told("what would tell explanations apart"));

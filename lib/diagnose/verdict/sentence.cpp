@@ -97,8 +97,30 @@ std::string traces(const Diagnosis& d) {
   return text.empty() ? "" : " There are traces of " + text + ".";
 }
 
+/// "constant bias, Coulomb friction or viscous friction"
+std::string in_words(const Alone& alone, int joints) {
+  std::string text;
+  const auto& items = alone.effects.items;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string& name = items[i].first;
+    text += (i == 0 ? "" : i + 1 == items.size() ? " or " : ", ") + in_words(name);
+    if (joints > 1) text += " in joint " + name.substr(name.find('@') + 1);
+  }
+  return text;
+}
+
+/// " Any of these alone would take away nearly all of it: ...", where there are such.
+std::string open_laws(const Diagnosis& d) {
+  if (!d.alone) return "";
+  const bool one_way = d.alone->one_way;
+  return " Any of these alone would take away nearly all of it: " + in_words(*d.alone, d.joints) +
+         ". The recordings hardly tell them apart" +
+         (one_way ? ", as the joint moves one way only: record it both ways and at several speeds." : ".");
+}
+
 /// What is certain, what else there is, and what may be part of it.
 std::string unexplained(const Diagnosis& d) {
+  if (d.alone) return "Something is missing." + open_laws(d) + traces(d);
   const std::string certain = in_words(d, weighs, true), perhaps = in_words(d, std::not_fn(is_certain), false);
   std::string on = depends(certain.empty() || !d.remainder ? d.mismatch.depends_on : d.remainder->depends_on);
   if (!on.empty()) on = certain.empty() ? "; it " + on : ", which " + on;
@@ -120,6 +142,8 @@ std::string lacking(const Diagnosis& d) {
 
 }  // namespace
 
+bool has_certain(const Diagnosis& d) { return std::ranges::any_of(d.explanation.effects, weighs); }
+
 std::string sentence(const Diagnosis& d) {
   const std::string sure = percent_text(d.explanation.probability);
   switch (d.verdict) {
@@ -128,7 +152,7 @@ std::string sentence(const Diagnosis& d) {
     case Verdict::ambiguous: {
       const std::string certain = in_words(d, weighs, false), rest = in_words(d, std::not_fn(is_certain), false);
       return "Something is missing, most probably " + certain + (certain.empty() || rest.empty() ? "" : " and ") +
-             rest + " (" + sure + "), but not surely." + traces(d);
+             rest + " (" + sure + "), but not surely." + open_laws(d) + traces(d);
     }
     case Verdict::nothing_missing:
       return d.mismatch.explained_by_parameters

@@ -258,10 +258,14 @@ const doubts = () => {
 };
 
 const apart = () => {
-  if (!d.indistinguishable.length) return;
+  if (!d.indistinguishable.length && !d.alone) return;
   const part = section(main, "What could not be told apart");
   for (const names of d.indistinguishable)
     part.append(paragraph(`These recordings cannot separate: ${names.map(words).join(", ")}.`));
+  if (d.alone)
+    part.append(table(
+        "Effects any of which alone would do nearly all that is missing", ["effect", "of the error (squares), %"],
+        Object.entries(d.alone.effects).map(([name, share]) => [words(name), number(100 * share, 4)])));
 };
 
 const kLeastP = 0.005;  // of 199 replicates

@@ -95,6 +95,18 @@ TEST_CASE("What is certain beside a remainder comes first, then what else there 
   CHECK(sentence(d) == "Something is missing that no known effect explains.");
 }
 
+TEST_CASE("Laws any of which alone would do are told instead of what may be part of it", "[diagnose]") {
+  Diagnosis d = arm();
+  d.explanation.effects.front().inclusion = 0.5;
+  d.alone = Alone{{{{"coulomb_friction@1", 0.999}, {"constant_bias@1", 0.99}, {"viscous_friction@1", 0.985}}}, true};
+  CHECK(sentence(d) ==
+        "Something is missing. Any of these alone would take away nearly all of it: Coulomb friction in joint 1, "
+        "constant bias in joint 1 or viscous friction in joint 1. The recordings hardly tell them apart, as the joint "
+        "moves one way only: record it both ways and at several speeds.");
+  d.alone->one_way = false;
+  CHECK_THAT(sentence(d), Catch::EndsWith("The recordings hardly tell them apart."));
+}
+
 TEST_CASE("An ambiguous set is said as a whole, with its probability", "[diagnose]") {
   Diagnosis d = arm();
   d.verdict = Verdict::ambiguous;
