@@ -14,6 +14,7 @@ and breaks away at instants found by bisection.
              closed    a proportional-derivative controller follows such a sum: the input holds the sensor's noise
              free      no input: let go from another position each time
              short     one recording of 10 s at 50 Hz beside the one held out
+             shaken    a stiff controller, and a torque that no law tells: 3 % of the others, for about 0.1 s
              quantised an encoder of 4096 counts a turn or 0.1 mm instead of noise
 """
 
@@ -47,6 +48,7 @@ class Machine:
             self.mass, self.friction = rng.uniform(1, 20), rng.uniform(0.5, 5)
             self.inertia, self.gravity = self.mass, 0.0
         self.effects = effects
+        self.shaking = []  # torque from sample to sample
 
     def nominal(self):
         if self.pendulum:
@@ -70,7 +72,7 @@ class Machine:
     def torque(self, q, v, u):
         """All but dry friction."""
         e = self.effects
-        f = u - self.friction * v - self.gravity * math.sin(q)
+        f = u + self.shake - self.friction * v - self.gravity * math.sin(q)
         for name, p in e.items():
             if name == "viscous_friction":
                 f -= p["coefficient"] * v
@@ -109,6 +111,7 @@ class Machine:
         substeps = max(1, round(1 / rate / STEP))
         h = 1 / rate / substeps
         q, v = start
+        self.shake = 0.0
         u0 = command(0, q, v)
         motor, play = self.input(u0, u0)
         sign = 0 if v == 0 else int(math.copysign(1, v))
@@ -128,6 +131,7 @@ class Machine:
         sticks = any(name in DRY for name in self.effects)
         for k in range(int(seconds * rate) + 1):
             u = command(k, q, v)
+            self.shake = self.shaking[k] if self.shaking else 0.0
             samples.append((k / rate, q, u))
             target, play = self.input(u, play)
             if not lag:
@@ -201,6 +205,14 @@ def sines(rng, amplitude, low, high):
     return lambda t: scale * sum(a * math.sin(6.2832 * f * t + p) for a, f, p in parts)
 
 
+def wandering(rng, deviation, time, count, rate):
+    """An Ornstein-Uhlenbeck process at samples."""
+    keep, values = math.exp(-1 / (rate * time)), [deviation * rng.gauss(0, 1)]
+    while len(values) < count:
+        values.append(keep * values[-1] + deviation * math.sqrt(1 - keep * keep) * rng.gauss(0, 1))
+    return values
+
+
 def sizes(machine, rows, seconds, rate, unit):
     """RMS by which a recording would differ in its first seconds without each effect, in units of the noise."""
     result, (_, q0, _), (_, q1, _) = {}, rows[0], rows[1]
@@ -240,10 +252,13 @@ def draw_one(options, index, attempt):
         if options.family == "free":
             start = (rng.choice([-1, 1]) * rng.uniform(0.8, 2.2), 0.0)
             command = lambda k, q, v: 0.0
-        elif options.family == "closed":
+        elif options.family in ("closed", "shaken"):
             reference = sines(rng, 0.7 * span, 0.1, 0.8)
-            kp = 25 * machine.inertia
-            kd = 8 * machine.inertia
+            stiff = options.family == "shaken"
+            kp = (400 if stiff else 25) * machine.inertia
+            kd = (40 if stiff else 8) * machine.inertia
+            if stiff:
+                machine.shaking = wandering(rng, 0.03 * torque, 0.1, int(seconds * rate) + 1, rate)
             command = lambda k, q, v: kp * (reference(k / rate) - q - noise * rng.gauss(0, 1)) - kd * v
         else:
             wave = sines(rng, torque, 0.1, 1.5)
@@ -315,7 +330,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sets", type=int, default=6)
     parser.add_argument("--effects", type=int, default=4)
-    parser.add_argument("--family", choices=["open", "closed", "free", "short", "quantised"], default="open")
+    parser.add_argument("--family", choices=["open", "closed", "free", "short", "shaken", "quantised"], default="open")
     parser.add_argument("--rate", type=float, default=200.0, help="Hz")
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--noise", type=float, default=1e-4, help="share of the motion's RMS")
