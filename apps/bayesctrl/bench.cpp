@@ -30,7 +30,7 @@ void print(const Table& table) {
     std::cout << text("machine", row) << ": " << text(ok ? "verdict" : "status", row);
     if (!ok) std::cout << " (" << text("reason", row) << ")";
     std::cout << "\n";
-    for (const std::string_view column : {"published", "found", "missed", "more"}) {
+    for (const std::string_view column : {"published", "found", "open", "missed", "more"}) {
       const std::string said = text(column, row);
       if ((ok || column == "published") && !said.empty()) std::cout << "  " << column << ": " << said << "\n";
     }

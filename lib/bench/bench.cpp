@@ -62,6 +62,7 @@ Row row_of(const BenchMachine& machine, const std::string& name, const std::stri
           {"verdict", d != nullptr ? Cell(std::string(to_name(d->verdict))) : Cell()},
           {"published", text_or_nothing(in_words(machine.published, d != nullptr ? d->joints : 1))},
           {"found", d != nullptr ? text_or_nothing(joined(both.found)) : Cell()},
+          {"open", d != nullptr ? text_or_nothing(joined(both.open)) : Cell()},
           {"missed", d != nullptr ? text_or_nothing(joined(both.missed)) : Cell()},
           {"more", d != nullptr ? text_or_nothing(joined(both.more)) : Cell()},
           {"listed", d != nullptr ? text_or_nothing(in_words(*d)) : Cell()},
@@ -134,13 +135,17 @@ Agreement agreement(const std::vector<PublishedEffect>& published, const Diagnos
       if (!alike.empty() && alike.front() == certain.back().front()) certain.back() = alike;
     }
   }
+  const auto is_open = [&](const std::string& name) {
+    return diagnosis.alone &&
+           std::ranges::any_of(diagnosis.alone->effects.items, [&](const auto& item) { return item.first == name; });
+  };
   Agreement result;
   std::vector<std::string> known;
   for (const PublishedEffect& one : published) {
     known.push_back(labelled(one.effect.text, one.joint, diagnosis.joints));
     const bool here = std::ranges::any_of(
         certain, [&](const auto& alike) { return std::ranges::find(alike, known.back()) != alike.end(); });
-    (here ? result.found : result.missed).push_back(known.back());
+    (here ? result.found : is_open(known.back()) ? result.open : result.missed).push_back(known.back());
   }
   for (const std::vector<std::string>& alike : certain) {
     const bool theirs = std::ranges::any_of(

@@ -70,7 +70,8 @@ Bench read_bench(const Node& spec);
 /// What a diagnosis says of the effects that others have found.
 struct Agreement {
   std::vector<std::string> found;   // certain here too, or among what cannot be told from what is
-  std::vector<std::string> missed;  // published, not certain here
+  std::vector<std::string> open;    // one of several any of which alone would do here
+  std::vector<std::string> missed;  // published, neither here
   std::vector<std::string> more;    // certain here, not published
 };
 Agreement agreement(const std::vector<PublishedEffect>& published, const Diagnosis& diagnosis);

@@ -157,6 +157,7 @@ std::vector<Order> orders(const TrialSpec& spec) {
   add("triple", spec.triples);
   add("many", spec.many);
   add("outside", spec.outside);
+  add("grammar", spec.grammar);
   add("nothing", spec.nothing);
   add("short", spec.short_recordings);
   add("cut", spec.cut);
@@ -236,11 +237,15 @@ Case make_case(const TrialSpec& spec, const Order& order) {
                can_be_told_apart(machine.effects, nominal);
       }
       if (order.family == "many") good = good && all_show(machine, scene);
-    } else if (order.family == "outside") {
+    } else if (order.family == "outside" || order.family == "grammar") {
       const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
       const double range = std::holds_alternative<Mass>(nominal) ? 0.5 : 1.0;
-      std::vector<Invention> list = inventions(torque[joint], range, 3.0 * range, input_scale(joint), random);
-      machine.invention = list[static_cast<std::size_t>(order.variant) % list.size()];
+      if (order.family == "outside") {
+        std::vector<Invention> list = inventions(torque[joint], range, 3.0 * range, input_scale(joint), random);
+        machine.invention = list[static_cast<std::size_t>(order.variant) % list.size()];
+      } else {
+        machine.invention = draw_invention(range, 3.0 * range, input_scale(joint), scene.sampling.duration, random);
+      }
       machine.invention_joint = joint;
       const double target = log_uniform(random, 5.0, kLargest);
       machine.amplitude = strength_for(target, [&](double s) {
@@ -253,6 +258,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
                           {"cause", machine.invention->cause},
                           {"joint", joint + 1},
                           {"size", target}};
+      if (!machine.invention->also.empty()) truth["outside"]["also"] = machine.invention->also;
     } else {  // nothing: one third with a wrong parameter that is free
       const double wrong = order.variant % 3 == 0 ? draw_uniform(random, 0.7, 1.4) : 1.0;
       truth["wrong_parameter"] = wrong != 1.0;
@@ -273,7 +279,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
     if (!good) continue;
     const std::vector<Recorded> recorded = record_all(machine, scene, kRecordings + 1);
     if (recorded.empty()) continue;
-    if (order.family == "outside") {
+    if (machine.invention) {
       std::vector<std::size_t> all;
       for (std::size_t i = 0; i < effect_names().size(); ++i) all.push_back(i);
       std::vector<Measured> data = to_measured(recorded);

@@ -8,7 +8,7 @@ namespace bayesctrl::trial {
 /// One case, ready to be written: what the diagnosis gets, and the truth.
 struct Case {
   std::string name;
-  std::string family;  // single, pair, triple, many, outside, nothing, short, cut, nonsense, pysindy
+  std::string family;  // single, pair, triple, many, outside, grammar, nothing, short, cut, nonsense, pysindy
   nlohmann::ordered_json spec;
   std::vector<std::pair<std::string, std::string>> files;  // name, CSV
   nlohmann::ordered_json truth;

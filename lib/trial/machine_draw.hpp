@@ -18,6 +18,7 @@ struct Invention {
   /// (q, v, u, t, memory) -> torque per unit of amplitude; the scales are drawn for the machine.
   std::function<double(double q, double v, double u, double t, double m)> torque;
   std::function<double(double q, double v, double u, double m)> rate;  // of the memory
+  std::string also = {};                                               // another cause, "" where there is none
 };
 
 /// What a machine is asked to do while it is recorded.
@@ -63,6 +64,10 @@ double size_beside_others(const Hidden& hidden, std::size_t effect, const Record
 
 /// A catalogued effect of one kind in one joint as it declares to be drawn; `shape`: draws from 0 to 1.
 Effect draw_effect(std::size_t kind, int joint, const std::vector<double>& shape, const DrawScales& scales);
+
+/// One that was never drawn before: a smooth, kinked, saturating, rippling or power function of position, velocity,
+/// input, time or a memory that fades or yields, or the product of two.
+Invention draw_invention(double range, double speed, double input, double duration, RandomStream& random);
 
 /// The inventions.
 std::vector<Invention> inventions(double torque, double range, double speed, double input, RandomStream& random);

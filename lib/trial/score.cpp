@@ -68,10 +68,11 @@ std::string join(const Set& names) {
 void describe(Scored& s, const ordered_json& truth) {
   s.family = truth["family"];
   s.noise = truth["noise"];
-  const bool outside = s.family == "outside";
-  s.label = outside                ? truth["outside"]["name"].get<std::string>()
-            : s.family == "single" ? truth["effects"][0]["name"].get<std::string>()
-                                   : s.family;
+  const bool outside = truth.contains("outside");
+  s.label = s.family == "outside"   ? truth["outside"]["name"].get<std::string>()
+            : s.family == "grammar" ? truth["outside"]["cause"].get<std::string>()
+            : s.family == "single"  ? truth["effects"][0]["name"].get<std::string>()
+                                    : s.family;
   s.size = outside ? truth["outside"]["size"].get<double>() : 0.0;
   for (const ordered_json& effect : truth["effects"]) {
     s.size = s.size == 0.0 ? effect["size"].get<double>() : std::min(s.size, effect["size"].get<double>());
@@ -93,7 +94,7 @@ void judge_names(Scored& s, const ordered_json& truth, const Diagnosis& d) {
   const int joints = joints_of(truth, d);
   const Set wanted = names_of_truth(truth, joints), said = names_of_effects(d.explanation.effects, joints);
   s.said = join(said);
-  s.hidden = s.family == "outside" ? s.label : join(wanted);
+  s.hidden = truth.contains("outside") ? truth["outside"]["name"].get<std::string>() : join(wanted);
   const bool right =
       !wanted.empty() && wanted.size() == said.size() && matches(wanted, said, d.indistinguishable) == said.size();
   if (s.confident) s.named = right;
@@ -115,7 +116,7 @@ void judge_certain(Scored& s, const ordered_json& truth, const Diagnosis& d) {
 void judge_cause(Scored& s, const ordered_json& outside, const Mismatch& mismatch) {
   const std::string lead(to_name(mismatch.depends_on.leading()));
   s.joint = mismatch.joint && *mismatch.joint == outside["joint"].get<int>();
-  s.cause = lead == outside["cause"];
+  s.cause = lead == outside["cause"] || lead == outside.value("also", "");
   s.detail = {{"lead", lead}, {"cause", outside["cause"]}};
 }
 
@@ -189,7 +190,7 @@ Scored score(const std::string& name, const ordered_json& truth, const Diagnosis
   if (s.family == "cut") s.detail = {{"length", truth["length"]}};
   if (s.family == "nonsense") s.detail = {{"motion", truth["motion"]}};
   judge_place(s, truth["effects"], d);
-  if (s.family == "outside") {
+  if (truth.contains("outside")) {
     s.channel = false;
     judge_cause(s, truth["outside"], d.mismatch);
   }

@@ -82,6 +82,29 @@ std::string by_detail(const std::vector<Scored>& cases, std::string_view family,
   return text.empty() ? "" : "\n## " + title + "\n\n" + kHead + text;
 }
 
+/// A row for each invention of the family "outside", for each cause of what the grammar drew, and for all of either.
+std::string declined_by_label(const std::vector<Scored>& cases, std::string_view family) {
+  std::map<std::string, std::vector<const Scored*>> rows;
+  for (const Scored& s : cases) {
+    if (s.family != family) continue;
+    rows["all"].push_back(&s);
+    rows[s.label].push_back(&s);
+  }
+  std::string text;
+  for (const auto& [label, list] : rows) {
+    const int total = static_cast<int>(list.size());
+    const auto count = [&](auto&& good) { return static_cast<int>(std::ranges::count_if(list, good)); };
+    const auto share = [&](auto&& good) { return percent(count(good), total); };
+    text += "| " + (family == "outside" ? "" : std::string(family) + ": ") + label + " | " + std::to_string(total) +
+            " | " + share([](const Scored* s) { return s->detected; }) + " | " +
+            share([](const Scored* s) { return s->declined; }) + " | " +
+            std::to_string(count([](const Scored* s) { return s->confident; })) + " | " +
+            share([](const Scored* s) { return s->cause; }) + " | " +
+            share([](const Scored* s) { return s->after <= 0.5 * s->refit; }) + " |\n";
+  }
+  return text;
+}
+
 /// What is stated of recordings of which only the beginning is known.
 std::string by_length(const std::vector<Scored>& cases) {
   struct Stated {
@@ -151,26 +174,7 @@ std::string tables(const std::vector<Scored>& cases) {
       "\n## Effects outside the catalogue, which the held-out recordings show\n\n| | cases | detected | declined | "
       "wrong name | leading cause right | "
       "error at least halved |\n|---|---:|---:|---:|---:|---:|---:|\n";
-  std::set<std::string> inventions;
-  for (const Scored& s : cases) {
-    if (s.family == "outside") inventions.insert(s.label);
-  }
-  inventions.insert("all");
-  for (const std::string& name : inventions) {
-    int total = 0, detected = 0, declined = 0, wrong = 0, cause = 0, halved = 0;
-    for (const Scored& s : cases) {
-      if (s.family != "outside" || (name != "all" && s.label != name)) continue;
-      ++total;
-      detected += s.detected;
-      declined += s.declined;
-      wrong += s.confident;
-      cause += s.cause;
-      halved += s.after <= 0.5 * s.refit;
-    }
-    text += "| " + name + " | " + std::to_string(total) + " | " + percent(detected, total) + " | " +
-            percent(declined, total) + " | " + std::to_string(wrong) + " | " + percent(cause, total) + " | " +
-            percent(halved, total) + " |\n";
-  }
+  for (const char* family : {"outside", "grammar"}) text += declined_by_label(cases, family);
   std::map<std::string, std::map<double, std::pair<int, int>>> side;
   for (const Scored& s : cases) {
     if (s.family != "pysindy") continue;
@@ -204,7 +208,8 @@ std::string tables(const std::vector<Scored>& cases) {
   text +=
       "\n## What is stated with 0.9 or more, by family\n\n| | sets | right | effects | right "
       "|\n|---|---:|---:|---:|---:|\n";
-  for (const char* family : {"single", "pair", "triple", "many", "short", "cut", "outside", "nothing", "nonsense"}) {
+  for (const char* family :
+       {"single", "pair", "triple", "many", "short", "cut", "outside", "grammar", "nothing", "nonsense"}) {
     int sets = 0, right = 0, effects = 0, hidden = 0;
     for (const Scored& s : cases) {
       if (s.family != family) continue;
@@ -291,6 +296,14 @@ ordered_json summary(const std::vector<Scored>& cases) {
                                                      return beyond(s.after) <= 0.25 * beyond(s.refit);
                                                    })},
       {"outside: held-out after / refit, median", quantile(left_outside, 0.5)},
+      {"grammar: detected", share(family("grammar"), detected)},
+      {"grammar: declined at noise <= 1e-3",
+       share([](const Scored& s) { return s.family == "grammar" && s.noise <= 1e-3; },
+             [](const Scored& s) { return s.declined; })},
+      {"grammar: confident wrong name", share(family("grammar"), [](const Scored& s) { return s.confident; })},
+      {"grammar: leading cause right", share(family("grammar"), [](const Scored& s) { return s.cause; })},
+      {"grammar: held-out error at least halved",
+       share(family("grammar"), [](const Scored& s) { return s.after <= 0.5 * s.refit; })},
       {"explanations of probability >= 0.9 that are right",
        share([&](const Scored& s) { return known(s) && states(s); }, [](const Scored& s) { return !s.wrong; })},
       {"short: named", share(family("short"), named)},

@@ -21,6 +21,7 @@ struct TrialSpec {
   int triples = 40;
   int many = 0;
   int outside = 60;
+  int grammar = 0;
   int nothing = 150;
   int short_recordings = 0;
   int cut = 0;
@@ -39,6 +40,8 @@ struct TrialSpec {
     field("many", self.many,
           {between(0, 100000), "", "cases with four to six hidden effects in one joint, four to eight in an arm"});
     field("outside", self.outside, {between(0, 100000), "", "cases with an effect that is in no catalogue"});
+    field("grammar", self.grammar,
+          {between(0, 100000), "", "cases with one that is drawn from a grammar, no two of them alike"});
     field("nothing", self.nothing, {between(0, 100000), "", "cases in which nothing is missing"});
     field("short", self.short_recordings,
           {between(0, 100000), "", "cases with one recording of 10 s without an input, some of them noisy"});

@@ -75,6 +75,12 @@ TEST_CASE("What is certain agrees with what was published, also by another name 
   d.indistinguishable.clear();
   CHECK(agreement({{"coulomb_friction", 1, ""}}, d).found == std::vector<std::string>{"coulomb_friction"});
   CHECK(agreement({}, d).more == std::vector<std::string>{"coulomb_friction"});
+  d.explanation.effects.clear();  // one of several, any of which alone would do, is neither found nor missed
+  d.alone = Alone{{{{"coulomb_friction", 0.99}, {"constant_bias", 0.99}}}, true};
+  const Agreement left = agreement({{"coulomb_friction", 1, ""}, {"linear_spring", 1, ""}}, d);
+  CHECK(left.found.empty());
+  CHECK(left.open == std::vector<std::string>{"coulomb_friction"});
+  CHECK(left.missed == std::vector<std::string>{"linear_spring"});
 }
 
 TEST_CASE("A bench that cannot be is refused where it is written", "[bench]") {

@@ -140,7 +140,8 @@ class Climb {
   }
   /// Fewer where the response has more rows than usual: fits are as much slower.
   long most_restarts() const {
-    return std::lround(kSettings.search.restarts * std::min(1.0, kSettings.search.usual_rows / result_.rows));
+    return std::lround(
+        std::ceil(kSettings.search.restarts * std::min(1.0, kSettings.search.usual_rows / result_.rows)));
   }
   /// Stands on the best.
   bool take() {
