@@ -85,12 +85,20 @@ bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
   return true;
 }
 
+/// Whether a set that has grown beyond what the screen looks at still leaves much of what the nominal does: a larger
+/// one would as well.
+bool Fits::explains_little(const Fit& fit) const {
+  const Fit* nothing = find(std::vector<Effect>{});
+  return fit.effects.size() > std::size_t{kSettings.search.most_effects} && !leaves_little(fit) && nothing != nullptr &&
+         fit.sse > kSettings.search.most * nothing->sse;
+}
+
 void Fits::add_subsets() {
   for (bool grew = true; grew;) {
     grew = false;
     const std::vector<const Fit*> best = ranked();
-    for (std::size_t i = 0;
-         i < std::min<std::size_t>(std::size_t(options_.thorough(kSettings.search.subsets_of)), best.size()); ++i) {
+    const auto of = std::size_t(explains_little(*best.front()) ? 1 : options_.thorough(kSettings.search.subsets_of));
+    for (std::size_t i = 0; i < std::min(of, best.size()); ++i) {
       for (const std::vector<Effect>& set : simpler_sets(best[i]->effects)) {
         if (!tried(set)) {
           add_part(*best[i], set);

@@ -57,6 +57,7 @@ class Fits {
 
  private:
   std::vector<Fit> finalists() const;
+  bool explains_little(const Fit& fit) const;
   bool is_lost(const Fit& fit) const;
   std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects) const;
   void add_part(const Fit& of, std::vector<Effect> effects);
