@@ -270,7 +270,13 @@ ordered_json summary(const std::vector<Scored>& cases) {
   };
   double total_seconds = 0.0;
   for (const double x : seconds) total_seconds += x;
-  const auto calm = [](const Scored& s) { return s.family == "outside" && s.noise <= 1e-3; };
+  const auto calm = [](std::string name) {
+    return [=](const Scored& s) { return s.family == name && s.noise <= 1e-3; };
+  };
+  const auto declined = [](const Scored& s) { return s.declined; };
+  const auto confident = [](const Scored& s) { return s.confident; };
+  const auto cause = [](const Scored& s) { return s.cause; };
+  const auto halved = [](const Scored& s) { return s.after <= 0.5 * s.refit; };
   return {
       {"cases", cases.size()},
       {"false alarms", share(family("nothing"), detected)},
@@ -283,11 +289,10 @@ ordered_json summary(const std::vector<Scored>& cases) {
       {"many: hidden effects that are listed with inclusion >= 0.9", ratio(many_right, many_hidden)},
       {"many: effects listed with inclusion >= 0.9 that are false", ratio(many_said - many_right, many_said)},
       {"outside: detected", share(family("outside"), detected)},
-      {"outside: declined at noise <= 1e-3", share(calm, [](const Scored& s) { return s.declined; })},
-      {"outside: confident wrong name", share(family("outside"), [](const Scored& s) { return s.confident; })},
-      {"outside: leading cause right", share(family("outside"), [](const Scored& s) { return s.cause; })},
-      {"outside: held-out error at least halved",
-       share(family("outside"), [](const Scored& s) { return s.after <= 0.5 * s.refit; })},
+      {"outside: declined at noise <= 1e-3", share(calm("outside"), declined)},
+      {"outside: confident wrong name", share(family("outside"), confident)},
+      {"outside: leading cause right", share(family("outside"), cause)},
+      {"outside: held-out error at least halved", share(family("outside"), halved)},
       {"outside: the same beyond the noise", share(family("outside"),
                                                    [](const Scored& s) {
                                                      const auto beyond = [](double x) {
@@ -297,13 +302,10 @@ ordered_json summary(const std::vector<Scored>& cases) {
                                                    })},
       {"outside: held-out after / refit, median", quantile(left_outside, 0.5)},
       {"grammar: detected", share(family("grammar"), detected)},
-      {"grammar: declined at noise <= 1e-3",
-       share([](const Scored& s) { return s.family == "grammar" && s.noise <= 1e-3; },
-             [](const Scored& s) { return s.declined; })},
-      {"grammar: confident wrong name", share(family("grammar"), [](const Scored& s) { return s.confident; })},
-      {"grammar: leading cause right", share(family("grammar"), [](const Scored& s) { return s.cause; })},
-      {"grammar: held-out error at least halved",
-       share(family("grammar"), [](const Scored& s) { return s.after <= 0.5 * s.refit; })},
+      {"grammar: declined at noise <= 1e-3", share(calm("grammar"), declined)},
+      {"grammar: confident wrong name", share(family("grammar"), confident)},
+      {"grammar: leading cause right", share(family("grammar"), cause)},
+      {"grammar: held-out error at least halved", share(family("grammar"), halved)},
       {"explanations of probability >= 0.9 that are right",
        share([&](const Scored& s) { return known(s) && states(s); }, [](const Scored& s) { return !s.wrong; })},
       {"short: named", share(family("short"), named)},
@@ -312,7 +314,7 @@ ordered_json summary(const std::vector<Scored>& cases) {
              [](const Scored& s) { return !s.wrong; })},
       {"cut: names of probability >= 0.9 that are right",
        share([](const Scored& s) { return s.family == "cut" && states(s); }, [](const Scored& s) { return !s.wrong; })},
-      {"nonsense: named", share(family("nonsense"), [](const Scored& s) { return s.confident; })},
+      {"nonsense: named", share(family("nonsense"), confident)},
       {"channel right, named cases", share(good, [](const Scored& s) { return s.channel; })},
       {"joint right, named cases", share(good, [](const Scored& s) { return s.joint; })},
       {"torque_step interval within 0.3 s", share([&](const Scored& s) { return good(s) && s.step_error >= 0.0; },

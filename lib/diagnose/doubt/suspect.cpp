@@ -23,25 +23,19 @@ Scene glimpse(const Scene& scene) {
   return {scene.plant, excerpts(scene.data, wanted, std::max(0.25 * wanted, 0.05 * seconds)), scene.free};
 }
 
-/// A scene and what is seen of it.
-struct Seen {
-  Scene scene;
-  Observer observer;
+/// How what is mended is observed.
+using Eye = std::function<Kinematics(const std::vector<Measured>&)>;
 
-  explicit Seen(Scene s) : scene(std::move(s)), observer(scene.data) {}
-};
-
-double left_with(const Doubt& doubt, const Seen& seen, double value) {
-  Scene mended = seen.scene;
-  if (!doubt.mend(mended, value)) return kInfinity;
-  return unexplained(mended.plant, seen.observer(mended.data));
+double left_with(const Doubt& doubt, Scene scene, const Eye& eye, double value) {
+  if (!doubt.mend(scene, value)) return kInfinity;
+  return unexplained(scene.plant, eye(scene.data));
 }
 
 /// The best number by its values and, between them, by golden section.
-Impression impression(const Doubt& doubt, const Seen& seen) {
+Impression impression(const Doubt& doubt, const Scene& scene, const Eye& eye) {
   Impression best{&doubt, 0.0, kInfinity};
   for (const double value : doubt.values) {
-    const double left = left_with(doubt, seen, value);
+    const double left = left_with(doubt, scene, eye, value);
     if (left < best.left) best = {&doubt, value, left};
   }
   if (!doubt.continuous || !std::isfinite(best.left)) return best;
@@ -49,17 +43,17 @@ Impression impression(const Doubt& doubt, const Seen& seen) {
   double low = std::log(best.value) - 0.3, high = std::log(best.value) + 0.3;
   for (int i = 0; i < 14; ++i) {
     const double a = high - kPart * (high - low), b = low + kPart * (high - low);
-    if (left_with(doubt, seen, std::exp(a)) < left_with(doubt, seen, std::exp(b))) {
+    if (left_with(doubt, scene, eye, std::exp(a)) < left_with(doubt, scene, eye, std::exp(b))) {
       high = b;
     } else {
       low = a;
     }
   }
-  const double value = std::exp(0.5 * (low + high)), left = left_with(doubt, seen, value);
+  const double value = std::exp(0.5 * (low + high)), left = left_with(doubt, scene, eye, value);
   if (left < best.left) best = {&doubt, value, left};
   if (doubt.whole) {  // teeth of wheels are
     const double round = best.value > 1.0 ? std::round(best.value) : 1.0 / std::round(1.0 / best.value);
-    if (left_with(doubt, seen, round) < 1.2 * best.left) best.value = round;
+    if (left_with(doubt, scene, eye, round) < 1.2 * best.left) best.value = round;
   }
   return best;
 }
@@ -146,9 +140,12 @@ double motion_rms(const std::vector<Measured>& data) {
 }
 
 std::vector<Impression> impressions(const std::vector<Doubt>& doubts, const Scene& scene) {
-  const Seen part{glimpse(scene)}, whole{scene};
+  const Scene part = glimpse(scene);
+  const Observer observer(part.data);
   std::vector<Impression> list;
-  for (const Doubt& doubt : doubts) list.push_back(impression(doubt, doubt.in_samples ? whole : part));
+  for (const Doubt& doubt : doubts) {
+    list.push_back(doubt.in_samples ? impression(doubt, scene, observe) : impression(doubt, part, std::cref(observer)));
+  }
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.left < b.left; });
   return list;
 }

@@ -55,11 +55,7 @@ class Climb {
            left_ < (1.0 - kSettings.search.worth_growing) * last;
   }
 
-  /// Whether it leaves so little of what the nominal does that motion about it tells what else is missing.
-  bool explains_most() const {
-    const Fit* nothing = fits_.find(std::vector<Effect>{});
-    return leaves_little(best_) || (nothing != nullptr && best_.sse < kSettings.search.most * nothing->sse);
-  }
+  bool explains_most() const { return fits_.explains_most(best_); }
 
   /// Whether it leaves something significant.
   bool leaves_something() const { return result_.p_value(best_) < kSettings.search.relinearise; }
@@ -139,9 +135,8 @@ class Climb {
     return std::ranges::any_of(stood_, [&](const auto& set) { return key(set) == key(fit.effects); });
   }
   /// Fewer where the response has more rows than usual: fits are as much slower.
-  long most_restarts() const {
-    return std::lround(
-        std::ceil(kSettings.search.restarts * std::min(1.0, kSettings.search.usual_rows / result_.rows)));
+  double most_restarts() const {
+    return std::ceil(kSettings.search.restarts * std::min(1.0, kSettings.search.usual_rows / result_.rows));
   }
   /// Stands on the best.
   bool take() {

@@ -85,19 +85,19 @@ bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
   return true;
 }
 
-/// Whether a set that has grown beyond what the screen looks at still leaves much of what the nominal does: a larger
-/// one would as well.
-bool Fits::explains_little(const Fit& fit) const {
+bool Fits::explains_most(const Fit& fit) const {
   const Fit* nothing = find(std::vector<Effect>{});
-  return fit.effects.size() > std::size_t{kSettings.search.most_effects} && !leaves_little(fit) && nothing != nullptr &&
-         fit.sse > kSettings.search.most * nothing->sse;
+  return leaves_little(fit) || (nothing != nullptr && fit.sse < kSettings.search.most * nothing->sse);
 }
 
 void Fits::add_subsets() {
   for (bool grew = true; grew;) {
     grew = false;
     const std::vector<const Fit*> best = ranked();
-    const auto of = std::size_t(explains_little(*best.front()) ? 1 : options_.thorough(kSettings.search.subsets_of));
+    // A set that has grown beyond what the screen looks at and still leaves much: others like it would as well.
+    const bool grown = best.front()->effects.size() > std::size_t{kSettings.search.most_effects};
+    const bool one = grown && !explains_most(*best.front());
+    const auto of = std::size_t(one ? 1 : options_.thorough(kSettings.search.subsets_of));
     for (std::size_t i = 0; i < std::min(of, best.size()); ++i) {
       for (const std::vector<Effect>& set : simpler_sets(best[i]->effects)) {
         if (!tried(set)) {

@@ -35,6 +35,9 @@ class Fits {
   /// The same, of what is left of another set without one of its effects: it begins there.
   const Fit* part(const Fit& of, std::size_t effect);
 
+  /// Whether a set leaves so little of what the nominal does that motion about it tells what else is missing.
+  bool explains_most(const Fit& fit) const;
+
   bool tried(const std::vector<Effect>& effects) const { return tried_.contains(key(effects)); }
 
   /// All subsets of the best candidates, and those in which a law gives way to a simpler one. What one step from there
@@ -57,7 +60,6 @@ class Fits {
 
  private:
   std::vector<Fit> finalists() const;
-  bool explains_little(const Fit& fit) const;
   bool is_lost(const Fit& fit) const;
   std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects) const;
   void add_part(const Fit& of, std::vector<Effect> effects);

@@ -24,15 +24,14 @@ bool moves_one_way(const std::vector<Trajectory>& paths, int joint) {
 
 }  // namespace
 
-std::optional<Alone> each_alone(const Search& search) {
-  const Linearisation& about = *search.explanation.measured;
-  const Projected rows = free_projected_out(about, search.nominal, search.data, search.options.free);
-  const Screen screen(about.dictionary, rows.columns, rows.target, {.penalty = search.explanation.penalty});
+std::optional<Alone> each_alone(const Search& search, const Projected& rows) {
+  const Dictionary& dictionary = search.explanation.measured->dictionary;
+  const Screen screen(dictionary, rows.columns, rows.target, {.penalty = search.explanation.penalty});
   const Additions all = screen.additions(rows.target, Eigen::MatrixXd(rows.target.size(), 0));
   Alone result;
   std::set<int> joints;
   for (const Finding& finding : all.findings) {
-    const Effect effect = finding.effects(about.dictionary).front();
+    const Effect effect = finding.effects(dictionary).front();
     const double share = finding.explained / all.left;
     if (parameters(effect.form).size() != 1 || !(share > kSettings.verdict.alone)) continue;
     result.effects.items.emplace_back(label(effect, search.spec.joints()), std::min(1.0, share));

@@ -84,14 +84,20 @@ Diagnosis blank(const DiagnosisSpec& spec) {
   return blank;
 }
 
+/// Weighs what a search has found as models none of which need be right, and without what does not matter.
+void settle(Explanation& explanation, const std::vector<Measured>& data, const ExplainOptions& options,
+            double horizon) {
+  prefer_simple(explanation, data, options, horizon);
+  merge_immaterial(explanation);
+}
+
 Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, const ExplainOptions& options,
               const StageBegins& stage) {
   const Plant& nominal = *spec.model.plant;
   stage(2, "searching explanations");
   Explanation explanation = explain(nominal, data, options);
   stage(50, "comparing the best");
-  prefer_simple(explanation, data, options, spec.horizon);
-  merge_immaterial(explanation);
+  settle(explanation, data, options, spec.horizon);
   std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
   return {spec, nominal, data, options, std::move(explanation), std::move(smoothed)};
 }
@@ -310,8 +316,7 @@ void doubted(Judgement& judgement, const Search& search) {
 void drop_dead_inputs(Search& search) {
   std::vector<Candidate>& candidates = search.explanation.candidates;
   std::erase_if(candidates, [&](const Candidate& c) { return switches_input_off(c.fit, search.data); });
-  prefer_simple(search.explanation, search.data, search.options, search.spec.horizon);
-  merge_immaterial(search.explanation);
+  settle(search.explanation, search.data, search.options, search.spec.horizon);
 }
 
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
@@ -344,7 +349,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   Search& found = *searched;
   stage(60, "testing what they leave");
   const AsGiven given = nominal_as_given(found);
-  Judgement judgement = judge(found, missing_torque(found), given.p_value);
+  const Missing missing = missing_torque(found);
+  Judgement judgement = judge(found, missing, given.p_value);
   if (gross || !beyond_doubt(found, judgement)) {
     stage(70, "doubting the spec");
     const Models models = models_of(found, judgement);
@@ -356,7 +362,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
       doubted(judgement, found);
     } else if (switches_input_off(found.best(), data)) {
       drop_dead_inputs(found);
-      judgement = judge(found, missing_torque(found), given.p_value);
+      judgement = judge(found, missing, given.p_value);
     }
   }
   drop_refuted_remainder(judgement, found, compared(held_out));
@@ -385,7 +391,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   }
   doubt_in_time(diagnosis, unconfirmed);
   const bool open = diagnosis.verdict == Verdict::unknown || diagnosis.verdict == Verdict::ambiguous;
-  if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found);
+  if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found, missing.rows);
   result.missing_torque = torque_table(data, found.smoothed, explained_torque(found, judgement.fit), diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit);
 }

@@ -18,6 +18,15 @@ std::string in_words(std::string name) {
   return name;
 }
 
+/// "a, b and c"
+std::string enumerated(const std::vector<std::string>& list, std::string_view last) {
+  std::string text;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    text += std::string(i == 0 ? "" : i + 1 == list.size() ? last : ", ") + list[i];
+  }
+  return text;
+}
+
 /// " or actuator lag": what the recordings cannot separate from an effect.
 std::string or_alike(const Diagnosis& d, const ExplainedEffect& effect) {
   for (const std::vector<std::string>& alike : d.indistinguishable) {
@@ -64,11 +73,7 @@ std::string in_words(const Diagnosis& d, const std::function<bool(const Explaine
   for (const ExplainedEffect& effect : d.explanation.effects) {
     if (wanted(effect)) list.push_back(in_words(d, effect, with_share));
   }
-  std::string text;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == list.size() ? " and " : ", ") + list[i];
-  }
-  return text;
+  return enumerated(list, " and ");
 }
 
 /// " With it simulations err by 0.124 mm instead of 3.69 mm, 30 times less.": of what was held out, if anything was.
@@ -99,14 +104,11 @@ std::string traces(const Diagnosis& d) {
 
 /// "constant bias, Coulomb friction or viscous friction"
 std::string in_words(const Alone& alone, int joints) {
-  std::string text;
-  const auto& items = alone.effects.items;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string& name = items[i].first;
-    text += (i == 0 ? "" : i + 1 == items.size() ? " or " : ", ") + in_words(name);
-    if (joints > 1) text += " in joint " + name.substr(name.find('@') + 1);
+  std::vector<std::string> list;
+  for (const auto& [name, share] : alone.effects.items) {
+    list.push_back(in_words(name) + (joints > 1 ? " in joint " + name.substr(name.find('@') + 1) : ""));
   }
-  return text;
+  return enumerated(list, " or ");
 }
 
 /// " Any of these alone would take away nearly all of it: ...", where there are such.
