@@ -204,6 +204,7 @@ struct SearchSettings {
   double promise_error = 0.05;
   double most = 0.01;
   double stuck = 1.5;
+  double as_much = 0.3;
   int restarts = 2;
   double restarts_below = 10.0;
   double entangled = 0.9;
@@ -272,6 +273,8 @@ struct SearchSettings {
     field("stuck", self.stuck,
           {kPositive, "SSE that the linear response promises",
            "a part of the best that leaves more is fitted once more from there"});
+    field("as_much", self.as_much,
+          {between(0.0, 1.0), "SSE", "at least, and at most its inverse: the process noise that a fit leaves serves another"});
     field(
         "entangled", self.entangled,
         {between(0.0, 1.0), "", "correlation of two numbers, from which on others are tried in their effects' place"});

@@ -91,7 +91,7 @@ class Choice {
 
   std::vector<Fit> left_out_beside_noise(const Fit& fit) const {
     const FitProblem measured = about(*explanation_.measured);
-    const auto [white, settled] = beside_likely_noise(measured, fit);
+    const auto [white, settled] = beside_likely_noise(measured, LikelyIntensity(measured.response), fit);
     std::vector<Fit> fits;
     for (const Fit& without : left_out_fits(beside(measured, white), settled, folds_)) {
       fits.push_back(fit);

@@ -1,32 +1,85 @@
 #include "diagnose/fit/process_noise.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <optional>
 #include <utility>
 
-#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
 
 namespace {
 
+/// The motion of a machine whose sensors show the measured one.
+std::vector<Trajectory> unmeasured(const Machine& machine, const std::vector<Trajectory>& measured) {
+  const JointVector none = machine.measured(JointVector::Zero(machine.joints()));
+  const JointVector scale = machine.measured(JointVector::Ones(machine.joints())) - none;
+  std::vector<Trajectory> result = measured;
+  for (Trajectory& path : result) {
+    for (Eigen::Index j = 0; j < scale.size(); ++j) {
+      path.position.col(j) = ((path.position.col(j).array() - none[j]) / scale[j]).matrix();
+      path.velocity.col(j) /= scale[j];
+      path.velocity_sd.col(j) /= scale[j];
+    }
+  }
+  return result;
+}
+
+/// Acceleration of what is measured, where the motion is: per recording, as the response takes it. Of the state and the
+/// input alone, also behind other sensors: what it leaves is then the random force itself, and not a part of it.
+std::vector<Eigen::MatrixXd> accelerations(const FitProblem& problem, const Fit& fit) {
+  std::vector<Effect> unseen;
+  std::ranges::copy_if(fit.effects, std::back_inserter(unseen), [](const Effect& e) { return !e.form.roles().sensor; });
+  const bool on_sensor = unseen.size() < fit.effects.size();
+  const Machine machine(fit.plant, fit.effects);
+  JointVector scale = JointVector::Ones(machine.joints());
+  std::vector<Trajectory> paths;
+  std::optional<Forcing> behind;
+  if (on_sensor) {
+    scale = machine.measured(scale) - machine.measured(JointVector::Zero(machine.joints()));
+    paths = unmeasured(machine, problem.forcing.paths());
+    behind.emplace(problem.forcing.plant(), problem.data, paths);
+  }
+  const Forcing& forcing = on_sensor ? *behind : problem.forcing;
+  std::vector<Eigen::MatrixXd> list;
+  for (std::size_t r = 0; r < problem.data.size(); ++r) {
+    const Eigen::MatrixXd a = forcing.total(fit.plant, unseen, r) * scale.asDiagonal();
+    list.push_back(a.transpose().reshaped());
+  }
+  return list;
+}
+
 /// What the effects and the adjusted plant explain along the motion: rows of the response.
 Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
-  std::vector<Eigen::MatrixXd> acceleration, measured;
-  bool on_sensor = false;
-  for (std::size_t r = 0; r < problem.data.size(); ++r) {
-    Eigen::MatrixXd a = problem.forcing.acceleration(fit.plant, r) + problem.forcing.acceleration(fit.effects, r);
-    Eigen::MatrixXd m = Eigen::MatrixXd::Zero(a.rows(), a.cols());
-    for (const Effect& effect : fit.effects) {
-      if (channel(effect.form) != "sensor") continue;
-      on_sensor = true;
-      m += problem.forcing.measured(effect, r);
-    }
-    acceleration.push_back(a.transpose().reshaped());
-    measured.push_back(m.transpose().reshaped());
+  std::vector<Eigen::MatrixXd> more = accelerations(problem, fit);
+  for (std::size_t r = 0; r < more.size(); ++r) {
+    more[r] -= problem.forcing.total(problem.forcing.plant(), {}, r).transpose().reshaped();
   }
-  Eigen::VectorXd rows = problem.response.responses(acceleration);
-  if (on_sensor) rows += problem.response.measured(measured);
-  return rows;
+  return problem.response.responses(more);
+}
+
+/// What the unknowns do to that, per unit.
+Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit) {
+  const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
+  if (count == 0) return Eigen::MatrixXd(problem.response.rows(), 0);
+  std::vector<Eigen::MatrixXd> columns;
+  for (const Measured& m : problem.data) columns.emplace_back(m.position.size(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+    const auto at = [&](double value) {
+      Fit moved = fit;
+      Unknown other = unknown;
+      other.value = value;
+      put(moved, other);
+      return accelerations(problem, moved);
+    };
+    const double up = std::min(unknown.value + unknown.step, unknown.high);
+    const double down = std::max(unknown.value - unknown.step, unknown.low);
+    const std::vector<Eigen::MatrixXd> high = at(up), low = at(down);
+    for (std::size_t r = 0; r < columns.size(); ++r) columns[r].col(i) = (high[r] - low[r]) / (up - down);
+  }
+  return problem.response.responses(columns);
 }
 
 /// A fit's parameters for rows that are whitened: nothing is simulated, what the model explains is linear in time.
@@ -37,7 +90,7 @@ class WhitenedFit {
   double cost(const Fit& fit) const { return 0.5 * (fit.sse + prior_cost(fit)); }
 
   QuadraticModel model(const Fit& fit, double /*agreement*/) {
-    jacobian_ = linear_jacobian(problem_, fit);
+    jacobian_ = jacobian_along_motion(problem_, fit);
     return quadratic_model(jacobian_, fit);
   }
 
@@ -81,18 +134,18 @@ Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& whit
   return fit;
 }
 
-Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit) {
+Eigen::VectorXd likely_intensity(const FitProblem& problem, const LikelyIntensity& likely, Fit fit) {
   Eigen::VectorXd intensity;
   for (int round = 0; round < kSettings.fit.intensity_rounds; ++round) {
-    intensity = problem.response.likely_intensity(problem.response.target() - explained(problem, fit));
+    intensity = likely(problem.response.target() - explained(problem, fit));
     if (round + 1 == kSettings.fit.intensity_rounds) break;
     fit = fit_with_process_noise(problem, problem.response.with_process_noise(intensity), std::move(fit));
   }
   return intensity;
 }
 
-BesideNoise beside_likely_noise(const FitProblem& problem, const Fit& fit) {
-  LinearResponse white = problem.response.with_process_noise(likely_intensity(problem, fit));
+BesideNoise beside_likely_noise(const FitProblem& problem, const LikelyIntensity& likely, const Fit& fit) {
+  LinearResponse white = problem.response.with_process_noise(likely_intensity(problem, likely, fit));
   Fit settled = fit_with_process_noise(problem, white, fit);
   return {std::move(white), std::move(settled)};
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "diagnose/fit/fit.hpp"
+#include "diagnose/motion/likely_intensity.hpp"
 
 namespace bayesctrl {
 
@@ -17,8 +18,9 @@ FitProblem beside(const FitProblem& problem, const LinearResponse& white);
 /// and `sse` are those of the whitened rows. `white`: the problem's response with process noise.
 Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit);
 
-/// The intensity of that noise, per joint, that is most probable together with the fit's parameters.
-Eigen::VectorXd likely_intensity(const FitProblem& problem, Fit fit);
+/// The intensity of that noise, per joint, that is most probable together with the fit's parameters. `likely`: of the
+/// problem's response.
+Eigen::VectorXd likely_intensity(const FitProblem& problem, const LikelyIntensity& likely, Fit fit);
 
 /// A fit beside noise of that intensity, which is its own: evidence of different models can be compared.
 struct BesideNoise {
@@ -28,6 +30,6 @@ struct BesideNoise {
   /// Of each row.
   Eigen::VectorXd log_likelihood() const { return -0.5 * fit.residual.cwiseAbs2() - white.log_scale(); }
 };
-BesideNoise beside_likely_noise(const FitProblem& problem, const Fit& fit);
+BesideNoise beside_likely_noise(const FitProblem& problem, const LikelyIntensity& likely, const Fit& fit);
 
 }  // namespace bayesctrl

@@ -66,6 +66,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
         p.u = input_at(m, k, s);
         const Motion now = motion(plant_, p.q, p.v, p.u, p.time);
         p.mobility = now.mobility;
+        p.nominal = now.acceleration;
         p.external = external_torque(plant_, p.q);
         p.held = JointVector::Zero(joints_);
         for (int j = 0; j < joints_; ++j) {
@@ -92,6 +93,12 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
   nominal_acceleration_ = std::sqrt(squares / samples);
 }
 
+/// What a joint's torques depend on; springs `beside` load it.
+JointState Forcing::seen(const Point& p, int j, const std::vector<Effect>& beside) const {
+  const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
+  return {p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
+}
+
 Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recording,
                                       const std::vector<Effect>& beside) const {
   const Measured& m = data_[recording];
@@ -109,15 +116,11 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
           (torque_at(points[i]) / static_cast<double>(parts_)) * points[i].mobility.col(j).transpose();
     }
   };
-  const auto seen = [&](const Point& p) {
-    const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
-    return JointState{p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
-  };
   if (roles.torque) {
-    add([&](const Point& p) { return form.torque_at(seen(p)); });
+    add([&](const Point& p) { return form.torque_at(seen(p, j, beside)); });
   } else if (roles.dry_friction) {
     add([&](const Point& p) {
-      return p.rests[static_cast<std::size_t>(j)] ? 0.0 : -form.sliding(seen(p)) * soft_sign(p.v[j], p.sd_v[j]);
+      return p.rests[static_cast<std::size_t>(j)] ? 0.0 : -form.sliding(seen(p, j, beside)) * soft_sign(p.v[j], p.sd_v[j]);
     });
   } else if (roles.inertia) {
     add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
@@ -125,7 +128,7 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
     const double h =
         std::min(kSettings.motion.hidden_state_step, (m.time.back() - m.time.front()) / double(steps * parts_));
     const std::function<double(const JointState&)> torque = hidden_torque(form, h);
-    add([&](const Point& p) { return torque(seen(p)); });
+    add([&](const Point& p) { return torque(seen(p, j, beside)); });
   } else if (roles.tilt) {
     JointVector tilt = JointVector::Zero(joints_);
     tilt[j] = form.tilt();
@@ -216,6 +219,48 @@ Eigen::MatrixXd Forcing::acceleration(const Plant& other, std::size_t recording)
     const JointVector difference =
         motion(other, p.q, p.v, p.u, p.time).acceleration - motion(plant_, p.q, p.v, p.u, p.time).acceleration;
     result.row(static_cast<Eigen::Index>(i / parts_)) += difference.transpose() / static_cast<double>(parts_);
+  }
+  return result;
+}
+
+Eigen::MatrixXd Forcing::total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const {
+  std::vector<Effect> weightless;
+  JointVector inertia = JointVector::Zero(joints_);
+  for (const Effect& effect : effects) {
+    if (effect.form.roles().inertia) {
+      inertia[effect.joint] += effect.form.added_inertia();
+    } else {
+      weightless.push_back(effect);
+    }
+  }
+  Eigen::MatrixXd result = acceleration(other, recording) + acceleration(weightless, recording);
+  const std::vector<Point>& points = points_[recording];
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    result.row(static_cast<Eigen::Index>(i / parts_)) += points[i].nominal.transpose() / static_cast<double>(parts_);
+  }
+  const auto friction = [&](const Point& p, int j) {
+    double level = 0.0;
+    for (const Effect& effect : effects) {
+      if (effect.joint == j && effect.form.roles().dry_friction) level += effect.form.sliding(seen(p, j, effects));
+    }
+    return level;
+  };
+  for (Eigen::Index k = 0; k + 1 < result.rows(); ++k) {
+    const Point& p = points[static_cast<std::size_t>(k) * parts_ + parts_ / 2];
+    JointMatrix mobility = p.mobility;
+    JointVector a = result.row(k).transpose();
+    if (!inertia.isZero(0.0)) {
+      const JointMatrix more = JointMatrix::Identity(joints_, joints_) + mobility * inertia.asDiagonal();
+      const JointMatrix inverse = more.inverse();
+      mobility = (inverse * mobility).eval();
+      a = (inverse * a).eval();
+    }
+    for (int j = 0; j < joints_; ++j) {
+      if (!p.rests[static_cast<std::size_t>(j)]) continue;
+      const double level = friction(p, j);
+      a += mobility.col(j) * std::clamp(-a[j] / mobility(j, j), -level, level);
+    }
+    result.row(k) = a.transpose();
   }
   return result;
 }

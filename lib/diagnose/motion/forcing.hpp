@@ -31,6 +31,12 @@ class Forcing {
   /// Acceleration along the motion of one plant less that of the nominal: the effect of its parameters.
   Eigen::MatrixXd acceleration(const Plant& other, std::size_t recording) const;
 
+  /// Mean acceleration from sample k to k + 1 in row k that another plant with effects, none of them of a sensor, has
+  /// where the motion is. Of state and input alone: added inertia divides what moves a joint, and does not ask how it
+  /// moves, so that what a motion does beside it is as it would be in the machine. Dry friction holds a joint at rest as
+  /// far as it can.
+  Eigen::MatrixXd total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
+
   /// What another plant with effects adds along the motion, as torques of the nominal's joints (samples x joints); dry
   /// friction holds what it has to while a joint rests.
   Eigen::MatrixXd torque(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
@@ -48,11 +54,12 @@ class Forcing {
  private:
   struct Point {
     double time;
-    JointVector q, v, sd_v, qdd, u, motor, external;
+    JointVector q, v, sd_v, qdd, u, motor, external, nominal;
     JointVector held;  // missing torque of joints at rest, else 0
     std::array<bool, kMaxJoints> rests{};
     JointMatrix mobility;
   };
+  JointState seen(const Point& point, int joint, const std::vector<Effect>& beside) const;
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;
 
   Plant plant_;

@@ -6,7 +6,6 @@
 
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
-#include "numerics/minimize.hpp"
 
 namespace bayesctrl {
 
@@ -37,7 +36,7 @@ Eigen::MatrixXd slow_modes(const std::vector<double>& time, const Segment& windo
 LinearResponse::LinearResponse(const Plant& plant, const std::vector<Measured>& data,
                                const std::vector<Trajectory>& path, const Eigen::VectorXd& noise,
                                const std::vector<Segment>& windows, double fastest_mode)
-    : joints_(joints(plant)), windows_(windows) {
+    : joints_(bayesctrl::joints(plant)), windows_(windows) {
   const Eigen::Index n = joints_, states = 2 * n;
   constexpr double kStep = 1e-5;
   std::vector<Eigen::VectorXd> targets;
@@ -172,43 +171,6 @@ LinearResponse LinearResponse::with_process_noise(const Eigen::VectorXd& intensi
         root.whitened(target_.segment(offset_[w], map_[w].rows())).col(0);
   }
   return result;
-}
-
-Eigen::VectorXd LinearResponse::likely_intensity(const Eigen::VectorXd& residual) const {
-  std::vector<Eigen::MatrixXd> parts;  // [window * joints + joint]
-  for (std::size_t w = 0; w < windows_.size(); ++w) {
-    for (Eigen::Index j = 0; j < joints_; ++j) parts.push_back(process_noise_covariance(w, j));
-  }
-  // Minus the log likelihood of the logarithms of squared intensities.
-  const auto cost = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
-    double sum = 0.0;
-    gradient.setZero();
-    for (std::size_t w = 0; w < windows_.size(); ++w) {
-      const auto part = [&](Eigen::Index j) -> const Eigen::MatrixXd& {
-        return parts[w * static_cast<std::size_t>(joints_) + static_cast<std::size_t>(j)];
-      };
-      const Eigen::Index rows = map_[w].rows();
-      Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(rows, rows);
-      for (Eigen::Index j = 0; j < joints_; ++j) covariance += std::exp(x[j]) * part(j);
-      const Cholesky root(covariance);
-      const Eigen::MatrixXd inverse = root.solve(Eigen::MatrixXd::Identity(rows, rows));
-      const Eigen::VectorXd rest = residual.segment(offset_[w], rows), solved = inverse * rest;
-      sum += 0.5 * (rest.dot(solved) + root.log_determinant());
-      for (Eigen::Index j = 0; j < joints_; ++j) {
-        gradient[j] += 0.5 * std::exp(x[j]) * (inverse.cwiseProduct(part(j)).sum() - solved.dot(part(j) * solved));
-      }
-    }
-    return sum;
-  };
-  double scale = 0.0;  // where noise and random acceleration weigh the same
-  for (const Eigen::MatrixXd& part : parts) scale += part.trace() / static_cast<double>(rows_);
-  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(joints_, std::log(std::max(scale, 1e-300)));
-  const Eigen::VectorXd start =
-      (std::log(std::max(residual.squaredNorm() / static_cast<double>(rows_), 1e-300)) - middle.array()).matrix();
-  const Eigen::VectorXd low = (-middle.array() - kSettings.motion.intensity_range).matrix(),
-                        high = (-middle.array() + kSettings.motion.intensity_range).matrix();
-  const MinimizeSummary found = minimize(cost, start, low, high, {.max_evaluations = 60, .relative_tolerance = 1e-6});
-  return (0.5 * found.x.array()).exp().matrix();
 }
 
 Eigen::VectorXd LinearResponse::project(std::size_t window, const Eigen::MatrixXd& positions) const {

@@ -36,9 +36,10 @@ class LinearResponse {
   /// Logarithms of what each row was divided by when it was whitened: with half their squares the rows' likelihood.
   const Eigen::VectorXd& log_scale() const { return log_scale_; }
 
-  /// The most probable intensities where `residual` is left.
-  Eigen::VectorXd likely_intensity(const Eigen::VectorXd& residual) const;
+  /// Covariance of a window's rows by process noise of intensity 1 in one joint.
+  Eigen::MatrixXd process_noise_covariance(std::size_t window, Eigen::Index joint) const;
 
+  int joints() const { return joints_; }
   const std::vector<Segment>& windows() const { return windows_; }
   Eigen::Index first_row(std::size_t window) const { return offset_[window]; }
   Eigen::Index row_count(std::size_t window) const { return map_[window].rows(); }
@@ -53,9 +54,6 @@ class LinearResponse {
   Eigen::MatrixXd initial_state_projected_out(std::size_t window, const Eigen::MatrixXd& positions) const;
 
  private:
-  /// Covariance of a window's rows by process noise of intensity 1 in one joint.
-  Eigen::MatrixXd process_noise_covariance(std::size_t window, Eigen::Index joint) const;
-
   int joints_;
   std::vector<Segment> windows_;
   std::vector<Eigen::Index> offset_;               // first row of each window

@@ -51,8 +51,8 @@ class Climb {
   /// only if it leaves far less than the last one.
   bool goes_on() {
     const double last = std::exchange(left_, result_.excess(best_));
-    return leaves_little(best_) || best_.effects.size() <= std::size_t{kSettings.search.most_effects} ||
-           left_ < (1.0 - kSettings.search.worth_growing) * last;
+    if (leaves_little(best_) || best_.effects.size() <= std::size_t{kSettings.search.most_effects}) return true;
+    return explains_most() && left_ < (1.0 - kSettings.search.worth_growing) * last;
   }
 
   bool explains_most() const { return fits_.explains_most(best_); }
@@ -84,8 +84,8 @@ class Climb {
     }
   }
 
-  void other_dry_friction() {
-    for (std::vector<Effect>& effects : dry_relatives(best_.effects)) fits_.add(std::move(effects));
+  void other_laws() {
+    for (std::vector<Effect>& effects : law_relatives(best_.effects)) fits_.add(std::move(effects));
   }
 
   /// Equivalents of the set and of its parts: where one stands for another, an effect beside it may only undo the
@@ -182,7 +182,7 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
     if (most) at.promised();
     if (!at.better() && !leaves_little(at.best())) at.screened(hopeless);
     if (!at.better() && !most) at.promised();
-    if (at.leaves_something()) at.other_dry_friction();
+    if (at.leaves_something()) at.other_laws();
     if (leaves_little(at.best())) at.equivalent();
     if (at.leaves_something() && leaves_little(at.best()) && !at.better()) at.regrown();
     if (most && !at.better()) at.disentangled();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -64,6 +65,12 @@ struct ExplainOptions {
   int refined = kSettings.search.fitted_findings;       // findings of the screen that are fitted, at least
   int neighbours = kSettings.search.neighbours;         // sets next to the best one that are fitted in each round
   double effort = 1.0;                                  // times as many of both, of subsets and of finalists
+
+  /// Whether a set consists of effects that the user's catalogue holds.
+  bool allow(const std::vector<Effect>& effects) const {
+    return std::ranges::all_of(
+        effects, [&](const Effect& e) { return std::ranges::find(allowed, e.form.index()) != allowed.end(); });
+  }
 
   /// So many times as thorough.
   int thorough(int usual) const { return static_cast<int>(std::round(effort * usual)); }

@@ -4,6 +4,8 @@
 
 #include "base/error.hpp"
 #include "diagnose/fit/linear_jacobian.hpp"
+#include "diagnose/fit/process_noise.hpp"
+#include "diagnose/fit/shooting.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
@@ -31,6 +33,8 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   if (max_step_ == 0.0) {
     max_step_ = adequate_step({nominal_, given_, {}, data_, *about_->response, *about_->forcing});
   }
+  likely_.reset();
+  white_.reset();
   tried_.clear();
   asked_.clear();
   for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
@@ -54,7 +58,7 @@ bool Fits::leaves_less(const std::vector<Effect>& other, const std::vector<Effec
 const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& other) {
   const std::string name = key(effects);
   if (!tried_.insert(name).second) return find(name);
-  if (redundant(effects) || !allowed(effects)) return nullptr;
+  if (redundant(effects) || !options_.allow(effects)) return nullptr;
   // What was found about another motion is the better start, and enough where it is lost.
   std::vector<SegmentState> starts;
   if (const auto old = stale_.find(name); old != stale_.end()) {
@@ -66,11 +70,40 @@ const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& oth
   }
   if (!other.empty() && leaves_less(other, effects, starts)) effects = other;
   try {
-    fits_.insert_or_assign(name, fit(problem(), std::move(effects), starts));
+    Fit found = fit(problem(), std::move(effects), starts);
+    if (std::optional<Fit> again = from_motion(found)) found = std::move(*again);
+    fits_.insert_or_assign(name, std::move(found));
   } catch (const NumericalError&) {
     return nullptr;
   }
   return find(name);
+}
+
+/// The problem's response beside process noise as a fit leaves it, or one that left about as much.
+const LinearResponse& Fits::beside_process_noise(const Fit& fit) {
+  if (!likely_) likely_.emplace(*about_->response);
+  if (!white_ || fit.sse < kSettings.search.as_much * white_->sse || fit.sse > white_->sse / kSettings.search.as_much) {
+    white_ = Whitened{fit.sse, about_->response->with_process_noise((*likely_)(fit.residual))};
+  }
+  return white_->response;
+}
+
+/// A set fitted once more from the numbers that say most along the motion, if those leave less than it does: free runs
+/// stop short where they part from the machine, as at rest or in a gap, and beside process noise none do. Of sets
+/// that are near the truth and not lost.
+std::optional<Fit> Fits::from_motion(const Fit& known) {
+  if (known.effects.empty() || known.sse < kSettings.search.stuck * noise_sse(about_->response->rows())) return {};
+  const double near = 1.0 + std::pow(kSettings.search.restarts_below, 2);
+  if (is_lost(known) || known.sse > near * static_cast<double>(about_->response->rows())) return {};
+  try {
+    const Fit along = fit_with_process_noise(problem(), beside_process_noise(known), known);
+    if (begin(problem(), along.effects, {}).sse > known.sse) return {};
+    Fit again = fit(problem(), along.effects);
+    if (again.log_evidence < known.log_evidence + kSettings.search.convergence) return {};
+    return again;
+  } catch (const NumericalError&) {
+    return {};
+  }
 }
 
 bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
@@ -94,7 +127,8 @@ void Fits::add_subsets() {
   for (bool grew = true; grew;) {
     grew = false;
     const std::vector<const Fit*> best = ranked();
-    // A set that has grown beyond what the screen looks at and still leaves much: others like it would as well.
+    // A set that has grown beyond what the screen looks at and still leaves much: others like it would as well, and so
+    // would the parts of its parts.
     const bool grown = best.front()->effects.size() > std::size_t{kSettings.search.most_effects};
     const bool one = grown && !explains_most(*best.front());
     const auto of = std::size_t(one ? 1 : options_.thorough(kSettings.search.subsets_of));
@@ -108,6 +142,7 @@ void Fits::add_subsets() {
         }
       }
     }
+    grew = grew && !one;
   }
 }
 
@@ -139,7 +174,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
 /// the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
-  if (leaves_little(of) && !effects.empty() && !redundant(effects) && allowed(effects)) {
+  if (leaves_little(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of);
     if (const std::optional<Gap> open = gap(of, effects)) moved = open->filled({});
     const bool better = !moved.empty() && leaves_less(moved, effects, starts);
@@ -245,13 +280,6 @@ bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentSt
   } catch (const NumericalError&) {
     return false;
   }
-}
-
-/// Whether a set consists of effects that the user's catalogue holds.
-bool Fits::allowed(const std::vector<Effect>& effects) const {
-  return std::all_of(effects.begin(), effects.end(), [&](const Effect& effect) {
-    return std::find(options_.allowed.begin(), options_.allowed.end(), effect.form.index()) != options_.allowed.end();
-  });
 }
 
 const Fit* Fits::find(const std::string& name) const {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 
+#include "diagnose/motion/likely_intensity.hpp"
 #include "diagnose/search/beside.hpp"
 #include "diagnose/search/explain.hpp"
 
@@ -64,10 +65,11 @@ class Fits {
   std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects) const;
   void add_part(const Fit& of, std::vector<Effect> effects);
   bool improve_part(const Fit& of, const std::vector<Effect>& effects);
+  std::optional<Fit> from_motion(const Fit& known);
+  const LinearResponse& beside_process_noise(const Fit& fit);
   bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar = false);
   bool leaves_less(const std::vector<Effect>& other, const std::vector<Effect>& effects,
                    const std::vector<SegmentState>& starts) const;
-  bool allowed(const std::vector<Effect>& effects) const;
   const Fit* find(const std::string& name) const;
 
   const Plant &nominal_, &given_;
@@ -75,6 +77,12 @@ class Fits {
   const ExplainOptions& options_;
   double penalty_;
   std::shared_ptr<Linearisation> about_;
+  std::optional<LikelyIntensity> likely_;
+  struct Whitened {
+    double sse;  // of the fit whose residual it whitens
+    LinearResponse response;
+  };
+  std::optional<Whitened> white_;
   double max_step_ = 0.0;  // of the integration, once it is known
   std::map<std::string, Fit> fits_, stale_;
   std::set<std::string> tried_;

@@ -9,11 +9,11 @@ namespace bayesctrl {
 
 namespace {
 
-/// A law of dry friction and the laws that reduce to it, of each the middle one of its starts; with none, nothing.
-std::vector<EffectForm> dry_laws(const EffectForm& simplest) {
+/// A law and the laws that reduce to it, of each the middle one of its starts; with none, nothing.
+std::vector<EffectForm> laws_about(const EffectForm& simplest) {
   std::vector<EffectForm> laws{simplest};
   for (const EffectLaw* law : catalogue()) {
-    if (!simplest.roles().dry_friction || law->simpler_law() != &simplest.law()) continue;
+    if (law->simpler_law() != &simplest.law()) continue;
     const std::vector<EffectForm> starts = law->extending(simplest);
     laws.push_back(starts[starts.size() / 2]);
   }
@@ -68,18 +68,18 @@ std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Eff
   return wanted;
 }
 
-std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set) {
+std::vector<std::vector<Effect>> law_relatives(const std::vector<Effect>& set) {
   std::vector<std::vector<Effect>> list;
   for (std::size_t e = 0; e < set.size(); ++e) {
     std::vector<Effect> plain = set;
     while (simplify(plain[e].form)) {
     }
-    for (const EffectForm& form : dry_laws(plain[e].form)) {
+    for (const EffectForm& form : laws_about(plain[e].form)) {
       std::vector<Effect> swapped = set;
       swapped[e].form = form;
       if (&form.law() != &set[e].form.law()) list.push_back(std::move(swapped));
     }
-    for (const EffectForm& form : dry_laws(plain[e].form.law().scaled(plain[e].form, kSettings.search.second_law))) {
+    for (const EffectForm& form : laws_about(plain[e].form.law().scaled(plain[e].form, kSettings.search.second_law))) {
       std::vector<Effect> larger = set;
       larger.push_back({form, set[e].joint, -1});
       if (&form.law() != &set[e].form.law() && larger.size() <= std::size_t{kSettings.search.largest_set})

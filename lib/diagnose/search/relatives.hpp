@@ -25,9 +25,9 @@ std::vector<std::vector<Effect>> simpler_sets(const std::vector<Effect>& effects
 /// A set that takes over the parameters of another where both hold the same effect.
 std::vector<Effect> start_from(const std::vector<Effect>& known, std::vector<Effect> wanted);
 
-/// Sets in which dry friction has another law, or a second one: along a known motion these laws look so much alike that
-/// the screen cannot tell them apart.
-std::vector<std::vector<Effect>> dry_relatives(const std::vector<Effect>& set);
+/// Sets in which an effect has another law that reduces to the same simplest one (dry friction, drag), or such a second
+/// one beside it: along a known motion these laws look so much alike that the screen cannot tell them apart.
+std::vector<std::vector<Effect>> law_relatives(const std::vector<Effect>& set);
 
 /// Sets in which an observationally equivalent effect stands in an effect's place, such as an offset of the sensor in
 /// that of a tilt: on one plant or another the same motion is measured, and an answer has to say both.

@@ -1,7 +1,10 @@
 #include "diagnose/verdict/doubts.hpp"
 
+#include <set>
+
 #include "base/error.hpp"
 #include "diagnose/fit/free_runs.hpp"
+#include "diagnose/search/relatives.hpp"
 #include "diagnose/settings.hpp"
 #include "diagnose/verdict/searchable.hpp"
 #include "diagnose/verdict/units.hpp"
@@ -10,12 +13,30 @@ namespace bayesctrl {
 
 namespace {
 
-/// A search of any scene, as it was made of the one that the spec describes.
-std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene) {
+/// Effects that may stand beside a mistake: where plausible physics leaves only the noise, a mistake can but take the
+/// place of some of it.
+std::vector<std::size_t> beside_mistake(const DiagnosisSpec& spec, const std::optional<Looked>& given,
+                                        const std::vector<Measured>& data) {
+  if (!given) return spec.effects;
+  const Fit& best = given->explanation.best().fit;
+  if (given->explanation.p_value(best) < kSettings.search.relinearise || implausible(best, data)) return spec.effects;
+  std::set<std::size_t> kinds;
+  for (const Effect& effect : best.effects) {
+    EffectForm form = effect.form;
+    do {
+      kinds.insert(form.index());
+    } while (simplify(form));
+  }
+  return {kinds.begin(), kinds.end()};
+}
+
+/// A search of any scene, as it was made of the one that the spec describes, over these effects.
+std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene, const std::vector<std::size_t>& allowed) {
   const Eigen::VectorXd noise = noise_level(scene.data);
   if (!too_little(scene.data, noise).empty()) return std::nullopt;
   ExplainOptions options = search_options(spec, scene.data, noise);
   options.free = scene.free;
+  options.allowed = allowed;
   const std::vector<Measured> data = thinned(scene.plant, scene.data, options, noise);
   try {
     Explanation explanation = explain(scene.plant, data, options);
@@ -48,9 +69,10 @@ Doubts::Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recording
 }
 
 bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis) {
+  const std::vector<std::size_t> allowed = beside_mistake(spec_, given, scene_.data);
   const Suspected found = suspect(subject_, scene_, nominal, given, [&](const Scene& s, const std::string& name) {
     const auto known = seen_.find(name);
-    return known != seen_.end() ? known->second : seen_.emplace(name, look(spec_, s)).first->second;
+    return known != seen_.end() ? known->second : seen_.emplace(name, look(spec_, s, allowed)).first->second;
   });
   diagnosis.suspicions = found.suspicions;
   if (found.decisive) diagnosis.verdict = Verdict::check_spec;

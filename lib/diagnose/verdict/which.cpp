@@ -35,21 +35,34 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 /// Evidence of candidates beside process noise; probabilities and ranks among those of at most `numbers` unknowns.
 /// What has many more can be no alternative. All but the first then have the parameters that the evidence is of; those
 /// of the first are returned.
-Fit rank_with_process_noise(Explanation& explanation, const FitProblem& measured, std::size_t numbers) {
+Fit rank_with_process_noise(Explanation& explanation, const FitProblem& measured, const ExplainOptions& options,
+                            std::size_t numbers) {
+  const LikelyIntensity likely(measured.response);
   std::map<std::string, BesideNoise> settled;
-  for (Candidate& candidate : explanation.candidates) {
+  const auto settle = [&](Candidate& candidate) {
     candidate.fit.log_evidence = -kInfinity;
-    if (candidate.fit.unknowns.size() > numbers + std::size_t{kSettings.verdict.many_more}) continue;
-    BesideNoise one = beside_likely_noise(measured, candidate.fit);
+    if (candidate.fit.unknowns.size() > numbers + std::size_t{kSettings.verdict.many_more}) return;
+    BesideNoise one = beside_likely_noise(measured, likely, candidate.fit);
     candidate.fit.log_evidence = one.fit.log_evidence;
     settled.emplace(key(one.fit.effects), std::move(one));
-  }
+  };
+  std::vector<Candidate>& candidates = explanation.candidates;
+  for (Candidate& candidate : candidates) settle(candidate);
   const auto as_simple = [&](const Candidate& candidate) { return candidate.fit.unknowns.size() <= numbers; };
   const auto more_probable = [&](const Candidate& a, const Candidate& b) {
     return std::pair(as_simple(a), a.fit.log_evidence) > std::pair(as_simple(b), b.fit.log_evidence);
   };
-  std::vector<Candidate>& candidates = explanation.candidates;
-  std::iter_swap(candidates.begin(), std::min_element(candidates.begin(), candidates.end(), more_probable));
+  const auto most_probable = [&] { return std::min_element(candidates.begin(), candidates.end(), more_probable); };
+  // What cannot be told from the best is a candidate even where the search has not come by.
+  for (const std::vector<Effect>& set : equivalents(most_probable()->fit.effects)) {
+    if (explanation.find(set) != nullptr || !options.allow(set)) continue;
+    try {
+      candidates.push_back({fit(measured, set)});
+      settle(candidates.back());
+    } catch (const NumericalError&) {  // it cannot be simulated
+    }
+  }
+  std::iter_swap(candidates.begin(), most_probable());
   const double highest = explanation.best().fit.log_evidence;
   const BesideNoise& best = settled.at(key(explanation.best().fit.effects));
   for (std::size_t i = 1; i < candidates.size(); ++i) {
@@ -184,7 +197,7 @@ void prefer_simple(Explanation& explanation, const std::vector<Measured>& data, 
   };
   const FitProblem measured = problem_about(*explanation.measured, explanation, data, options);
   const Fit& worthwhile = explanation.candidates[most_worthwhile(explanation, beyond_noise)].fit;
-  const Fit settled = rank_with_process_noise(explanation, measured, worthwhile.unknowns.size());
+  const Fit settled = rank_with_process_noise(explanation, measured, options, worthwhile.unknowns.size());
 
   Fit& best = explanation.candidates.front().fit;
   const double before = beyond_noise(best), evidence = best.log_evidence;

@@ -46,14 +46,14 @@ TEST_CASE("Beside a random force intervals hold the truth", "[diagnose][process_
     const Explanation found = explain(kPendulum, data, options);
     REQUIRE(found.best().fit.effects.size() == 1);
     const FitProblem problem = problem_about(*found.measured, found, data, options);
-    const Eigen::VectorXd likely = likely_intensity(problem, found.best().fit);
-    const Fit fit = fit_with_process_noise(problem, problem.response.with_process_noise(likely), found.best().fit);
+    const Eigen::VectorXd intense = likely_intensity(problem, LikelyIntensity(problem.response), found.best().fit);
+    const Fit fit = fit_with_process_noise(problem, problem.response.with_process_noise(intense), found.best().fit);
     const auto holds = [](const Fit& f) {
       return std::abs(f.unknowns[0].value - kLevel) < 1.96 * f.deviation(0, "level");
     };
     covered += holds(fit);
     covered_by_free_runs += holds(found.best().fit);
-    intensity += likely[0] / kRuns;
+    intensity += intense[0] / kRuns;
   }
   CHECK(covered >= 20);  // of 24; fewer have probability 0.006
   CHECK(covered_by_free_runs < 20);
@@ -77,12 +77,13 @@ TEST_CASE("Evidence is highest beside the noise that is likely, and so is that o
     const Explanation found = explain(kPendulum, data, options);
     const FitProblem problem = problem_about(*found.measured, found, data, options);
     const Fit& best = found.best().fit;
-    const BesideNoise settled = beside_likely_noise(problem, best);
+    const LikelyIntensity likely(problem.response);
+    const BesideNoise settled = beside_likely_noise(problem, likely, best);
     INFO(law.name());
     CHECK(settled.log_likelihood().sum() > settled.fit.log_evidence);  // less the price of numbers
-    const Eigen::VectorXd likely = likely_intensity(problem, best);
+    const Eigen::VectorXd intensity = likely_intensity(problem, likely, best);
     for (const double factor : {0.0, 0.5, 0.8, 1.25, 2.0}) {
-      const LinearResponse white = problem.response.with_process_noise(factor * likely);
+      const LinearResponse white = problem.response.with_process_noise(factor * intensity);
       INFO("intensity times " << factor);
       CHECK(fit_with_process_noise(problem, white, best).log_evidence < settled.fit.log_evidence);
     }
@@ -91,6 +92,39 @@ TEST_CASE("Evidence is highest beside the noise that is likely, and so is that o
   const double hidden = beside_law(CoulombFriction{});
   CHECK(hidden > beside_law(CubicSpring{}) + 10.0);
   CHECK(hidden > beside_law(ViscousFriction{}) + 3.0);
+}
+
+TEST_CASE("Beside a random force a mass cannot be told from the motor's strength, nor that from the sensor's scale",
+          "[diagnose][process_noise]") {
+  for (const double gain : {0.8, 1.25}) {
+    const Plant nominal = Mass{.mass = 2.0};
+    Measured data = record(Machine(nominal, {{InputGain{gain}, 0}}), -1.0, 21);
+    RandomStream random(22);  // a force that lasts
+    double force = 0.0, velocity = 0.0, moved = 0.0;
+    for (Eigen::Index k = 0; k < data.position.rows(); ++k) {
+      data.position(k, 0) += moved;
+      force = 0.9 * force + 0.1 * draw_normal(random);
+      velocity += kPeriod * force;
+      moved += kPeriod * velocity;
+    }
+    const std::vector<Measured> all{data};
+    const auto beside = [&](const EffectForm& law) {
+      const ExplainOptions options{{law.index()}, {}};
+      const Explanation found = explain(nominal, all, options);
+      const FitProblem problem = problem_about(*found.measured, found, all, options);
+      const Fit start = fit(problem, {{law, 0}});
+      return beside_likely_noise(problem, LikelyIntensity(problem.response), start).fit;
+    };
+    const Fit motor = beside(InputGain{1.1}), sensor = beside(SensorScale{1.1}), inertia = beside(AddedInertia{0.1});
+    const double found = motor.unknowns[0].value;
+    INFO("gain " << gain << ", found " << found << " +- " << motor.deviation(0, "gain"));
+    CHECK(std::abs(found - gain) < 3.0 * motor.deviation(0, "gain"));
+    CHECK(sensor.unknowns[0].value == Approx(found).epsilon(0.01));
+    CHECK(sensor.log_evidence == Approx(motor.log_evidence).margin(1.0));
+    if (gain > 1.0) continue;  // an inertia that is added makes nothing lighter
+    CHECK(2.0 / (2.0 + inertia.unknowns[0].value) == Approx(found).epsilon(0.01));
+    CHECK(inertia.log_evidence == Approx(motor.log_evidence).margin(3.0));  // its prior has another width
+  }
 }
 
 TEST_CASE("Of two models that are equally wrong one seems better by three nats no more often than it may",

@@ -169,6 +169,44 @@ TEST_CASE("An inertia resists the motion's mean acceleration, a tilt turns gravi
   }
 }
 
+TEST_CASE("In total an inertia divides what moves its joint, whatever the motion does", "[diagnose][motion]") {
+  const Swings swings(kArm);
+  const Forcing forcing = swings.forcing();
+  const std::vector<Effect> others{{CoulombFriction{0.4}, 0}, {QuadraticDrag{0.2}, 1}};
+  const Eigen::MatrixXd nominal = forcing.total(kArm, {}, 0), light = forcing.total(kArm, others, 0);
+  CHECK(largest_difference(light - nominal, forcing.acceleration(others, 0)) < 1e-12);
+  for (const int j : {0, 1}) {
+    std::vector<Effect> set = others;
+    set.push_back({AddedInertia{0.07}, j});
+    const Eigen::MatrixXd heavy = forcing.total(kArm, set, 0);
+    for (Eigen::Index k = 0; k + 1 < heavy.rows(); ++k) {
+      const JointVector q = 0.5 * (forcing.paths()[0].position.row(k) + forcing.paths()[0].position.row(k + 1));
+      const JointMatrix mobility = motion(kArm, q, JointVector::Zero(2), JointVector::Zero(2), 0.0).mobility;
+      JointVector torque = inverse_dynamics<Eigen::Dynamic>(mobility, JointVector(heavy.row(k).transpose()));
+      torque[j] += 0.07 * heavy(k, j);
+      const JointVector wanted = inverse_dynamics<Eigen::Dynamic>(mobility, JointVector(light.row(k).transpose()));
+      REQUIRE((torque - wanted).norm() < 1e-3 * (1.0 + wanted.norm()));
+    }
+  }
+}
+
+TEST_CASE("In total dry friction holds what rests, as far as it can", "[diagnose][motion]") {
+  const Plant plant = Mass{.mass = 2.0};
+  Measured still{"still", {}, Eigen::MatrixXd::Constant(200, 1, 0.1), Eigen::MatrixXd::Constant(200, 1, 0.3), 0.0, false};
+  for (int k = 0; k < 200; ++k) still.time.push_back(0.01 * k);
+  const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(200, 1);
+  const std::vector<Measured> data{still};
+  const std::vector<Trajectory> paths{{still.position, zero, Eigen::MatrixXd::Constant(200, 1, 1e-3), zero, zero}};
+  const Forcing forcing(plant, data, paths);
+  const auto total = [&](const std::vector<Effect>& set) { return forcing.total(plant, set, 0)(100, 0); };
+  CHECK(total({}) == Approx(0.15));
+  CHECK(total({{CoulombFriction{0.4}, 0}}) == Approx(0.0).margin(1e-12));
+  CHECK(total({{CoulombFriction{0.1}, 0}}) == Approx(0.1));
+  CHECK(total({{CoulombFriction{0.1}, 0}, {AddedInertia{2.0}, 0}}) == Approx(0.05));
+  CHECK(total({{CoulombFriction{0.1}, 0}, {ConstantBias{-0.5}, 0}}) == Approx(-0.05));
+  CHECK(total({{ViscousFriction{4.0}, 0}}) == Approx(0.15));
+}
+
 TEST_CASE("Effects on the input act one after the other, by what they change of it", "[diagnose][motion]") {
   const Swings swings(kArm);
   const Forcing forcing = swings.forcing();

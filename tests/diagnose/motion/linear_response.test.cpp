@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
+#include "diagnose/motion/likely_intensity.hpp"
 #include "diagnose/motion/linear_machine.hpp"
 #include "support/compare.hpp"
 #include "support/dense.hpp"
@@ -245,7 +246,8 @@ TEST_CASE("Likely intensities are those under which a residual has the highest d
   std::vector<Eigen::MatrixXd> push = of.random(1, 37);
   for (Eigen::MatrixXd& p : push) p *= 0.5;  // an intensity of 0.5 sqrt(0.01) in either joint
   const Eigen::VectorXd residual = white + response.responses(push).col(0);
-  const Eigen::Vector2d found = response.likely_intensity(residual);
+  const LikelyIntensity likely(response);
+  const Eigen::Vector2d found = likely(residual);
   CHECK(found[0] == Approx(0.05).epsilon(0.4));
   CHECK(found[1] == Approx(0.05).epsilon(0.4));
   const double highest = density(residual, found);
@@ -257,7 +259,7 @@ TEST_CASE("Likely intensities are those under which a residual has the highest d
     }
   }
   // Of less than white noise nothing is made of random forces.
-  CHECK(response.likely_intensity(0.5 * white).maxCoeff() < 1e-3);
+  CHECK(likely(0.5 * white).maxCoeff() < 1e-3);
 }
 
 TEST_CASE("About a motion near the true one the target errs by the square of the distance", "[diagnose][motion]") {

@@ -119,7 +119,7 @@ TEST_CASE("Beside or in place of a law of dry friction stands every other of its
       std::vector<Effect> set{law};
       set.insert(set.end(), beside.begin(), beside.end());
       std::multiset<std::size_t> in_place, added;
-      for (const std::vector<Effect>& other : dry_relatives(set)) {
+      for (const std::vector<Effect>& other : law_relatives(set)) {
         CHECK(key(other) != key(set));
         const bool larger = other.size() > set.size();
         REQUIRE(other.size() == set.size() + (larger ? 1 : 0));
@@ -139,8 +139,25 @@ TEST_CASE("Beside or in place of a law of dry friction stands every other of its
       CHECK(added == once);
     }
   }
-  CHECK(dry_relatives({kSpring, kStep}).empty());
-  CHECK(dry_relatives({}).empty());
+  CHECK(law_relatives({kSpring, kStep}).empty());
+  CHECK(law_relatives({}).empty());
+}
+
+TEST_CASE("In place of every law stands every other that reduces to what it reduces to", "[diagnose][search]") {
+  for (const EffectForm& form : all_forms()) {
+    const Effect law{form, 0};
+    std::set<std::size_t> expected;
+    for (const EffectForm& other : all_forms()) {
+      const bool related = simplest(other).index() == simplest(form).index();
+      if (related && other.index() != form.index()) expected.insert(other.index());
+    }
+    std::set<std::size_t> found;
+    for (const std::vector<Effect>& set : law_relatives({law, kSpring})) {
+      if (set.size() == 2) found.insert(set.front().form.index());
+    }
+    INFO(name_of(form));
+    CHECK(found == expected);
+  }
 }
 
 TEST_CASE("Equivalents show the same on one plant or another, and are equivalents of one another",
