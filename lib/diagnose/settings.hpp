@@ -274,7 +274,8 @@ struct SearchSettings {
           {kPositive, "SSE that the linear response promises",
            "a part of the best that leaves more is fitted once more from there"});
     field("as_much", self.as_much,
-          {between(0.0, 1.0), "SSE", "at least, and at most its inverse: the process noise that a fit leaves serves another"});
+          {between(0.0, 1.0), "SSE",
+           "at least, and at most its inverse: the process noise that a fit leaves serves another"});
     field(
         "entangled", self.entangled,
         {between(0.0, 1.0), "", "correlation of two numbers, from which on others are tried in their effects' place"});

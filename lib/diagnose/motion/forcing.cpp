@@ -120,7 +120,8 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
     add([&](const Point& p) { return form.torque_at(seen(p, j, beside)); });
   } else if (roles.dry_friction) {
     add([&](const Point& p) {
-      return p.rests[static_cast<std::size_t>(j)] ? 0.0 : -form.sliding(seen(p, j, beside)) * soft_sign(p.v[j], p.sd_v[j]);
+      return p.rests[static_cast<std::size_t>(j)] ? 0.0
+                                                  : -form.sliding(seen(p, j, beside)) * soft_sign(p.v[j], p.sd_v[j]);
     });
   } else if (roles.inertia) {
     add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });

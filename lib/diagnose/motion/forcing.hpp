@@ -33,8 +33,8 @@ class Forcing {
 
   /// Mean acceleration from sample k to k + 1 in row k that another plant with effects, none of them of a sensor, has
   /// where the motion is. Of state and input alone: added inertia divides what moves a joint, and does not ask how it
-  /// moves, so that what a motion does beside it is as it would be in the machine. Dry friction holds a joint at rest as
-  /// far as it can.
+  /// moves, so that what a motion does beside it is as it would be in the machine. Dry friction holds a joint at rest
+  /// as far as it can.
   Eigen::MatrixXd total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
 
   /// What another plant with effects adds along the motion, as torques of the nominal's joints (samples x joints); dry

@@ -4,8 +4,8 @@
 
 namespace bayesctrl {
 
-/// The most probable intensity of process noise, per joint, where a residual is left of a response. What does not depend
-/// on the residual is computed once.
+/// The most probable intensity of process noise, per joint, where a residual is left of a response. What does not
+/// depend on the residual is computed once.
 class LikelyIntensity {
  public:
   explicit LikelyIntensity(const LinearResponse& response);
@@ -16,7 +16,7 @@ class LikelyIntensity {
  private:
   const LinearResponse& response_;
   std::vector<std::vector<Eigen::MatrixXd>> covariance_;  // [window][joint], of its rows by an intensity of 1
-  double scale_ = 0.0;  // mean variance of a row by that
+  double scale_ = 0.0;                                    // mean variance of a row by that
 };
 
 }  // namespace bayesctrl

@@ -192,7 +192,8 @@ TEST_CASE("In total an inertia divides what moves its joint, whatever the motion
 
 TEST_CASE("In total dry friction holds what rests, as far as it can", "[diagnose][motion]") {
   const Plant plant = Mass{.mass = 2.0};
-  Measured still{"still", {}, Eigen::MatrixXd::Constant(200, 1, 0.1), Eigen::MatrixXd::Constant(200, 1, 0.3), 0.0, false};
+  Measured still{"still", {},   Eigen::MatrixXd::Constant(200, 1, 0.1), Eigen::MatrixXd::Constant(200, 1, 0.3),
+                 0.0,     false};
   for (int k = 0; k < 200; ++k) still.time.push_back(0.01 * k);
   const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(200, 1);
   const std::vector<Measured> data{still};
