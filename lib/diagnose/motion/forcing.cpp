@@ -234,7 +234,8 @@ Eigen::MatrixXd Forcing::total(const Plant& other, const std::vector<Effect>& ef
       weightless.push_back(effect);
     }
   }
-  Eigen::MatrixXd result = acceleration(other, recording) + acceleration(weightless, recording);
+  Eigen::MatrixXd result = acceleration(weightless, recording);
+  if (!(other == plant_)) result += acceleration(other, recording);
   const std::vector<Point>& points = points_[recording];
   for (std::size_t i = 0; i < points.size(); ++i) {
     result.row(static_cast<Eigen::Index>(i / parts_)) += points[i].nominal.transpose() / static_cast<double>(parts_);

@@ -115,6 +115,19 @@ TEST_CASE("A set that stopped short of what it contains begins there once more",
   CHECK(recorded.fits.add({wrong, kHardening})->sse < known.sse + 1.0);
 }
 
+TEST_CASE("A fit that stopped short begins again from the numbers that say most along the motion",
+          "[diagnose][search]") {
+  testing::RecordedFits recorded({{HardStop{0.5, 20.0, 0.5}, 0}, {InputDeadZone{0.8}, 0}}, testing::whole_catalogue());
+  recorded.noise *= 60.0;  // so that what is left is near enough to be worth the while
+  recorded.linearise(recorded.about->paths);
+  const std::vector<Effect> start{{HardStop{0.2, 100.0, 0.1}, 0}, {InputDeadZone{0.1}, 0}};
+  const Fit once = fit(recorded.fits.problem(), start);
+  const Fit* found = recorded.fits.add(start);
+  REQUIRE(found != nullptr);
+  CHECK(found->sse < 0.1 * once.sse);
+  CHECK(found->effects[1].form.get<InputDeadZone>().width == Approx(0.8).epsilon(0.1));
+}
+
 TEST_CASE("About another motion all is fitted anew from where it was, but for what is lost", "[diagnose][search]") {
   const Effect right{kCogging, 0}, wrong{CoggingTorque{0.5, 14.0, 0.0}, 0};
   Recorded recorded({right});
