@@ -1,5 +1,7 @@
 #include "diagnose/verdict/doubts.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "base/error.hpp"
@@ -27,7 +29,9 @@ std::vector<std::size_t> beside_mistake(const DiagnosisSpec& spec, const std::op
       kinds.insert(form.index());
     } while (simplify(form));
   }
-  return {kinds.begin(), kinds.end()};
+  std::vector<std::size_t> allowed;
+  std::ranges::set_intersection(kinds, std::set(spec.effects.begin(), spec.effects.end()), std::back_inserter(allowed));
+  return allowed;
 }
 
 /// A search of any scene, as it was made of the one that the spec describes, over these effects.
