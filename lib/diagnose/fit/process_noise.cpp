@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {
@@ -59,10 +60,20 @@ Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
   return problem.response.responses(more);
 }
 
+/// Whether what an effect does beside the others is what it does alone.
+bool acts_alone(const Effect& effect, const FitProblem& problem, const Fit& fit) {
+  const EffectRoles& roles = effect.form.roles();
+  if (roles.sensor || roles.inertia || (roles.dry_friction && problem.forcing.rests())) return false;
+  return !roles.on_input() || std::ranges::count_if(fit.effects, [&](const Effect& other) {
+                                return other.joint == effect.joint && other.form.roles().on_input();
+                              }) == 1;
+}
+
 /// What the unknowns do to that, per unit.
 Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit) {
+  if (std::ranges::all_of(fit.effects, [&](const Effect& effect) { return acts_alone(effect, problem, fit); }))
+    return linear_jacobian(problem, fit);
   const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
-  if (count == 0) return Eigen::MatrixXd(problem.response.rows(), 0);
   std::vector<Eigen::MatrixXd> columns;
   for (const Measured& m : problem.data) columns.emplace_back(m.position.size(), count);
   for (Eigen::Index i = 0; i < count; ++i) {

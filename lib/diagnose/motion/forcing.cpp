@@ -49,6 +49,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
     std::vector<Point>& list = points_.emplace_back();
     list.reserve(m.samples() * parts_);
     const auto rests = steps_at_rest(m, path);
+    rests_ = rests_ || rests.any();
     for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
       const auto row = static_cast<Eigen::Index>(k);
       const double h = m.time[k + 1] - m.time[k];

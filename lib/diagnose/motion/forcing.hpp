@@ -44,6 +44,9 @@ class Forcing {
   /// Any torque in one joint as a function of its state, in the midst of each step.
   Eigen::MatrixXd acceleration(const Eigen::VectorXd& torque, int joint, std::size_t recording) const;
 
+  /// Whether any joint rests for a while.
+  bool rests() const { return rests_; }
+
   /// RMS acceleration that the nominal's torques stand for: the measure of priors.
   double nominal_acceleration() const { return nominal_acceleration_; }
 
@@ -69,6 +72,7 @@ class Forcing {
   std::size_t parts_ = 1;                   // of a step
   std::vector<std::vector<Point>> points_;  // per recording, parts_ per step
   double nominal_acceleration_ = 0.0;
+  bool rests_ = false;
 };
 
 /// The region that the motion visits in one joint.
