@@ -30,8 +30,7 @@ Influence influence(const FitProblem& problem, const Fit& fit) {
     Eigen::MatrixXd& measured = result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
     for (Eigen::Index i = 0; i < count; ++i) {
       const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-      const double up = std::min(unknown.value + unknown.step, unknown.high);
-      const double down = std::max(unknown.value - unknown.step, unknown.low);
+      const double up = unknown.above(), down = unknown.below();
       Eigen::MatrixXd a;
       if (unknown.effect < 0) {
         Plant higher = fit.plant, lower = fit.plant;

@@ -14,8 +14,7 @@ namespace {
 
 /// The motion of a machine whose sensors show the measured one.
 std::vector<Trajectory> unmeasured(const Machine& machine, const std::vector<Trajectory>& measured) {
-  const JointVector none = machine.measured(JointVector::Zero(machine.joints()));
-  const JointVector scale = machine.measured(JointVector::Ones(machine.joints())) - none;
+  const JointVector none = machine.measured(JointVector::Zero(machine.joints())), scale = machine.measured_scale();
   std::vector<Trajectory> result = measured;
   for (Trajectory& path : result) {
     for (Eigen::Index j = 0; j < scale.size(); ++j) {
@@ -38,7 +37,7 @@ std::vector<Eigen::MatrixXd> accelerations(const FitProblem& problem, const Fit&
   std::vector<Trajectory> paths;
   std::optional<Forcing> behind;
   if (on_sensor) {
-    scale = machine.measured(scale) - machine.measured(JointVector::Zero(machine.joints()));
+    scale = machine.measured_scale();
     paths = unmeasured(machine, problem.forcing.paths());
     behind.emplace(problem.forcing.plant(), problem.data, paths);
   }
@@ -85,8 +84,7 @@ Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit)
       put(moved, other);
       return accelerations(problem, moved);
     };
-    const double up = std::min(unknown.value + unknown.step, unknown.high);
-    const double down = std::max(unknown.value - unknown.step, unknown.low);
+    const double up = unknown.above(), down = unknown.below();
     const std::vector<Eigen::MatrixXd> high = at(up), low = at(down);
     for (std::size_t r = 0; r < columns.size(); ++r) columns[r].col(i) = (high[r] - low[r]) / (up - down);
   }

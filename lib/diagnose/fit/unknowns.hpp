@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "diagnose/motion/forcing.hpp"
 
 namespace bayesctrl {
@@ -13,6 +15,10 @@ struct Unknown {
   double prior_mean = 0.0, prior_deviation = 1.0;
   double step = 1e-3;            // of differences
   double least_deviation = 0.0;  // of a prior that is as wide as its parameter turns out to need; 0: of one that is not
+
+  /// Where differences are taken.
+  double above() const { return std::min(value + step, high); }
+  double below() const { return std::max(value - step, low); }
 };
 
 /// What a fit adjusts: `free` parameters of the plant, about those of `given`, then all of the effects, with their

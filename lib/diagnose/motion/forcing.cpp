@@ -178,8 +178,7 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
     JointVector changed = p.u;
     changed[joint] = mean;
     const JointVector difference = std::holds_alternative<Custom>(plant_)
-                                       ? JointVector(motion(plant_, p.q, p.v, changed, p.time).acceleration -
-                                                     motion(plant_, p.q, p.v, p.u, p.time).acceleration)
+                                       ? JointVector(motion(plant_, p.q, p.v, changed, p.time).acceleration - p.nominal)
                                        : JointVector(p.mobility.col(joint) * (mean - p.u[joint]));
     result.row(static_cast<Eigen::Index>(k)) = difference.transpose();
   }
@@ -218,8 +217,7 @@ Eigen::MatrixXd Forcing::acceleration(const Plant& other, std::size_t recording)
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(data_[recording].position.rows(), joints_);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& p = points[i];
-    const JointVector difference =
-        motion(other, p.q, p.v, p.u, p.time).acceleration - motion(plant_, p.q, p.v, p.u, p.time).acceleration;
+    const JointVector difference = motion(other, p.q, p.v, p.u, p.time).acceleration - p.nominal;
     result.row(static_cast<Eigen::Index>(i / parts_)) += difference.transpose() / static_cast<double>(parts_);
   }
   return result;

@@ -17,8 +17,7 @@ std::vector<SegmentState> starts_for(const std::vector<Effect>& effects, const F
   const Machine from(fit.plant, fit.effects), to(fit.plant, effects);
   std::vector<SegmentState> starts = fit.initial_states;
   const Eigen::Index n = from.joints();
-  const JointVector none = JointVector::Zero(n), one = JointVector::Ones(n);
-  const JointVector scale = from.measured(one) - from.measured(none), other = to.measured(one) - to.measured(none);
+  const JointVector none = JointVector::Zero(n), scale = from.measured_scale(), other = to.measured_scale();
   for (SegmentState& start : starts) {
     start.head(n) = (from.measured(start.head(n)) - to.measured(none)).cwiseQuotient(other);
     start.segment(n, n) = start.segment(n, n).cwiseProduct(scale).cwiseQuotient(other).eval();

@@ -60,6 +60,11 @@ class Machine {
   /// What the sensors show of a position.
   JointVector measured(const JointVector& position) const;
 
+  /// By how much that changes with each position.
+  JointVector measured_scale() const {
+    return measured(JointVector::Ones(joints())) - measured(JointVector::Zero(joints()));
+  }
+
  private:
   friend class Simulation;
   struct Moment;
