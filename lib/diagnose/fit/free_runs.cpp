@@ -76,7 +76,8 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     result.samples += static_cast<double>(size * n);
     try {
       start = fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); },
-                                start, kSettings.fit.free_run_iterations, precision_of(start, data[r]));
+                                start, kSettings.fit.free_run_iterations, precision_of(start, data[r]))
+                  .start;
       lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);

@@ -28,31 +28,74 @@ std::vector<Trajectory> unmeasured(const Machine& machine, const std::vector<Tra
 
 /// Acceleration of what is measured, where the motion is: per recording, as the response takes it. Of the state and the
 /// input alone, also behind other sensors: what it leaves is then the random force itself, and not a part of it.
-std::vector<Eigen::MatrixXd> accelerations(const FitProblem& problem, const Fit& fit) {
-  std::vector<Effect> unseen;
-  std::ranges::copy_if(fit.effects, std::back_inserter(unseen), [](const Effect& e) { return !e.form.roles().sensor; });
-  const bool on_sensor = unseen.size() < fit.effects.size();
-  const Machine machine(fit.plant, fit.effects);
-  JointVector scale = JointVector::Ones(machine.joints());
-  std::vector<Trajectory> paths;
-  std::optional<Forcing> behind;
-  if (on_sensor) {
-    scale = machine.measured_scale();
-    paths = unmeasured(machine, problem.forcing.paths());
-    behind.emplace(problem.forcing.plant(), problem.data, paths);
+class AlongMotion {
+ public:
+  AlongMotion(const FitProblem& problem, const Fit& fit)
+      : problem_(problem), fit_(fit), scale_(JointVector::Ones(joints(fit.plant))) {
+    std::ranges::copy_if(fit.effects, std::back_inserter(unseen_),
+                         [](const Effect& effect) { return !effect.form.roles().sensor; });
+    std::ranges::copy_if(unseen_, std::back_inserter(weightless_),
+                         [](const Effect& effect) { return !effect.form.roles().inertia; });
+    if (unseen_.size() < fit.effects.size()) {
+      const Machine machine(fit.plant, fit.effects);
+      scale_ = machine.measured_scale();
+      paths_ = unmeasured(machine, problem.forcing.paths());
+      behind_.emplace(problem.forcing.plant(), problem.data, paths_);
+    }
+    for (std::size_t r = 0; r < problem.data.size(); ++r) {
+      Eigen::MatrixXd& added = added_.emplace_back(forcing().acceleration(weightless_, r));
+      if (!(fit.plant == forcing().plant())) added += forcing().acceleration(fit.plant, r);
+    }
   }
-  const Forcing& forcing = on_sensor ? *behind : problem.forcing;
-  std::vector<Eigen::MatrixXd> list;
-  for (std::size_t r = 0; r < problem.data.size(); ++r) {
-    const Eigen::MatrixXd a = forcing.total(fit.plant, unseen, r) * scale.asDiagonal();
-    list.push_back(a.transpose().reshaped());
+  AlongMotion(const AlongMotion&) = delete;
+  AlongMotion& operator=(const AlongMotion&) = delete;
+
+  std::vector<Eigen::MatrixXd> accelerations() const { return shown(added_, unseen_); }
+
+  /// The same with another value of one unknown.
+  std::vector<Eigen::MatrixXd> accelerations(Unknown unknown, double value) const {
+    unknown.value = value;
+    Fit moved = fit_;
+    put(moved, unknown);
+    if (unknown.effect < 0) return AlongMotion(problem_, moved).accelerations();
+    const auto e = static_cast<std::size_t>(unknown.effect);
+    const EffectRoles& roles = fit_.effects[e].form.roles();
+    if (roles.sensor || roles.inertia || roles.spring || roles.on_input())
+      return AlongMotion(problem_, moved).accelerations();
+    std::vector<Eigen::MatrixXd> added = added_;
+    for (std::size_t r = 0; r < added.size(); ++r) {  // all others do what they did
+      added[r] += forcing().acceleration(moved.effects[e], r, weightless_) -
+                  forcing().acceleration(fit_.effects[e], r, weightless_);
+    }
+    std::vector<Effect> unseen;
+    std::ranges::copy_if(moved.effects, std::back_inserter(unseen),
+                         [](const Effect& effect) { return !effect.form.roles().sensor; });
+    return shown(std::move(added), unseen);
   }
-  return list;
-}
+
+ private:
+  const Forcing& forcing() const { return behind_ ? *behind_ : problem_.forcing; }
+
+  std::vector<Eigen::MatrixXd> shown(std::vector<Eigen::MatrixXd> added, const std::vector<Effect>& effects) const {
+    for (std::size_t r = 0; r < added.size(); ++r) {
+      const Eigen::MatrixXd a = forcing().total(std::move(added[r]), effects, r) * scale_.asDiagonal();
+      added[r] = a.transpose().reshaped();
+    }
+    return added;
+  }
+
+  const FitProblem& problem_;
+  const Fit& fit_;
+  JointVector scale_;  // of the sensors
+  std::vector<Effect> unseen_, weightless_;
+  std::vector<Trajectory> paths_;  // behind other sensors, with what acts there
+  std::optional<Forcing> behind_;
+  std::vector<Eigen::MatrixXd> added_;  // per recording, to the nominal, without inertia
+};
 
 /// What the effects and the adjusted plant explain along the motion: rows of the response.
 Eigen::VectorXd explained(const FitProblem& problem, const Fit& fit) {
-  std::vector<Eigen::MatrixXd> more = accelerations(problem, fit);
+  std::vector<Eigen::MatrixXd> more = AlongMotion(problem, fit).accelerations();
   for (std::size_t r = 0; r < more.size(); ++r) {
     more[r] -= problem.forcing.total(problem.forcing.plant(), {}, r).transpose().reshaped();
   }
@@ -73,19 +116,13 @@ Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit)
   if (std::ranges::all_of(fit.effects, [&](const Effect& effect) { return acts_alone(effect, problem, fit); }))
     return linear_jacobian(problem, fit);
   const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
+  const AlongMotion here(problem, fit);
   std::vector<Eigen::MatrixXd> columns;
   for (const Measured& m : problem.data) columns.emplace_back(m.position.size(), count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    const auto at = [&](double value) {
-      Fit moved = fit;
-      Unknown other = unknown;
-      other.value = value;
-      put(moved, other);
-      return accelerations(problem, moved);
-    };
     const double up = unknown.above(), down = unknown.below();
-    const std::vector<Eigen::MatrixXd> high = at(up), low = at(down);
+    const std::vector<Eigen::MatrixXd> high = here.accelerations(unknown, up), low = here.accelerations(unknown, down);
     for (std::size_t r = 0; r < columns.size(); ++r) columns[r].col(i) = (high[r] - low[r]) / (up - down);
   }
   return problem.response.responses(columns);

@@ -51,11 +51,6 @@ SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& re
 
 namespace {
 
-struct Tried {
-  SegmentState x;
-  Eigen::MatrixXd residual;
-};
-
 /// What an initial state leaves of its segment. Runs are expensive: the Jacobian is kept while steps do what it
 /// promises.
 class Shot {
@@ -63,30 +58,32 @@ class Shot {
   Shot(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of, const SegmentState& precision)
       : residual_of_(residual_of), precision_(precision) {}
 
-  Tried at(const SegmentState& x) const { return {x, residual_of_(x)}; }
+  SegmentRun at(const SegmentState& x) const { return {x, residual_of_(x)}; }
 
-  double cost(const Tried& tried) const {
-    return 0.5 * (tried.residual.squaredNorm() + weight_.dot(tried.x.cwiseAbs2()));
+  double cost(const SegmentRun& tried) const {
+    return 0.5 * (tried.residual.squaredNorm() + weight_.dot(tried.start.cwiseAbs2()));
   }
 
-  QuadraticModel model(const Tried& now, double agreement) {
+  QuadraticModel model(const SegmentRun& now, double agreement) {
     QuadraticModel model;
     model.kept = jacobian_.size() > 0 && agreement < kSettings.fit.kept_jacobian;
     if (!model.kept) differentiate(now);
     weight_ = weights_of(precision_, now.residual);
     model.hessian = jacobian_.transpose() * jacobian_;
     model.hessian.diagonal() += weight_;
-    model.descent = jacobian_.transpose() * now.residual.reshaped() - weight_.cwiseProduct(now.x);
+    model.descent = jacobian_.transpose() * now.residual.reshaped() - weight_.cwiseProduct(now.start);
     return model;
   }
 
-  Tried moved(const Tried& from, const Eigen::VectorXd& step) const { return at(from.x + SegmentState(step)); }
+  SegmentRun moved(const SegmentRun& from, const Eigen::VectorXd& step) const {
+    return at(from.start + SegmentState(step));
+  }
 
  private:
-  void differentiate(const Tried& now) {
-    jacobian_.resize(now.residual.size(), now.x.size());
-    for (Eigen::Index i = 0; i < now.x.size(); ++i) {
-      SegmentState moved = now.x;
+  void differentiate(const SegmentRun& now) {
+    jacobian_.resize(now.residual.size(), now.start.size());
+    for (Eigen::Index i = 0; i < now.start.size(); ++i) {
+      SegmentState moved = now.start;
       moved[i] += kSegmentStateStep;
       jacobian_.col(i) = ((now.residual - residual_of_(moved)) / kSegmentStateStep).reshaped();
     }
@@ -100,10 +97,10 @@ class Shot {
 
 }  // namespace
 
-SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
-                               const SegmentState& start, int rounds, const SegmentState& precision) {
+SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
+                             const SegmentState& start, int rounds, const SegmentState& precision) {
   Shot shot(residual, precision);
-  Tried best = shot.at(start);
+  SegmentRun best = shot.at(start);
   least_squares(shot, best,
                 {.max_iterations = rounds,
                  .max_trials = kSettings.fit.segment_trials,
@@ -112,7 +109,7 @@ SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const Segment
                  .rejected = 0.0,
                  .least_relative_gain = kSettings.fit.segment_gain,
                  .least_promise = kSettings.fit.segment_gain});
-  return best.x;
+  return best;
 }
 
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {

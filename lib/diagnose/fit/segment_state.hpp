@@ -13,10 +13,16 @@ using SegmentState = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3
 /// Step of differences by an initial state.
 inline constexpr double kSegmentStateStep = 1e-5;
 
+/// An initial state and what is left of its segment, samples x joints.
+struct SegmentRun {
+  SegmentState start;
+  Eigen::MatrixXd residual;
+};
+
 /// Levenberg-Marquardt: the initial state that makes `residual` (samples x joints) smallest, from `start`. One whose
 /// simulation diverges throws NumericalError. `precision`: 1 / variance a priori of each component, about 0.
-SegmentState fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
-                               const SegmentState& start, int rounds, const SegmentState& precision);
+SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
+                             const SegmentState& start, int rounds, const SegmentState& precision);
 
 /// A first guess from a known motion. Effects' states are not known after a gap, a lag nowhere before the first sample.
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine);

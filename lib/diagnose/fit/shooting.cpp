@@ -16,12 +16,11 @@ double sse_of(const FitProblem& problem, const Fit& fit, std::size_t w) {
 
 /// The initial state of one segment and its residual by free runs, where that leaves less.
 void improve(const FitProblem& problem, const Runs& runs, Fit& fit, std::size_t w, const SegmentState& from) {
-  const SegmentState x = fit_initial_state([&](const SegmentState& start) { return runs.residual(w, start); }, from,
-                                           kSettings.fit.segment_iterations, runs.precision(w, from));
-  const Eigen::MatrixXd residual = runs.residual(w, x);
-  if (!(problem.response.project(w, residual).squaredNorm() < sse_of(problem, fit, w))) return;
-  take(problem, fit, w, residual);
-  fit.initial_states[w] = x;
+  const SegmentRun found = fit_initial_state([&](const SegmentState& start) { return runs.residual(w, start); }, from,
+                                             kSettings.fit.segment_iterations, runs.precision(w, from));
+  if (!(problem.response.project(w, found.residual).squaredNorm() < sse_of(problem, fit, w))) return;
+  take(problem, fit, w, found.residual);
+  fit.initial_states[w] = found.start;
 }
 
 }  // namespace
@@ -35,10 +34,21 @@ void simulate(const FitProblem& problem, Fit& fit, int rounds) {
   const int n = joints(fit.plant);
   fit.residual.resize(problem.response.rows());
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+    SegmentState& start = fit.initial_states[w];
+    Eigen::MatrixXd residual = runs.residual(w, start);
     for (int round = 0; round < rounds; ++round) {
-      fit.initial_states[w].head(2 * n) += problem.response.initial_change(w, runs.residual(w, fit.initial_states[w]));
+      SegmentState moved = start;
+      moved.head(2 * n) += problem.response.initial_change(w, residual);
+      try {
+        const Eigen::MatrixXd there = runs.residual(w, moved);
+        if (!(there.squaredNorm() < residual.squaredNorm())) break;
+        residual = there;
+        start = moved;
+      } catch (const NumericalError&) {  // diverges from there
+        break;
+      }
     }
-    take(problem, fit, w, runs.residual(w, fit.initial_states[w]));
+    take(problem, fit, w, residual);
   }
   sum_up(fit);
 }

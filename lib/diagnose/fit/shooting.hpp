@@ -8,7 +8,7 @@ namespace bayesctrl {
 double noise_sse(Eigen::Index rows);
 
 /// Simulates all segments, moves their initial states to where they fit best by the linear response, simulates again;
-/// `rounds` times. Throws NumericalError.
+/// `rounds` times, each segment for as long as that leaves less. Throws NumericalError.
 void simulate(const FitProblem& problem, Fit& fit, int rounds);
 
 /// Segments in which the linear response misjudges the initial state (a joint sticks, the motion is unstable, or more

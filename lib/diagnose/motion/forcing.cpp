@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "diagnose/motion/hidden_torque.hpp"
 #include "diagnose/settings.hpp"
@@ -225,16 +227,19 @@ Eigen::MatrixXd Forcing::acceleration(const Plant& other, std::size_t recording)
 
 Eigen::MatrixXd Forcing::total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const {
   std::vector<Effect> weightless;
+  std::ranges::copy_if(effects, std::back_inserter(weightless),
+                       [](const Effect& effect) { return !effect.form.roles().inertia; });
+  Eigen::MatrixXd added = acceleration(weightless, recording);
+  if (!(other == plant_)) added += acceleration(other, recording);
+  return total(std::move(added), effects, recording);
+}
+
+Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>& effects,
+                               std::size_t recording) const {
   JointVector inertia = JointVector::Zero(joints_);
   for (const Effect& effect : effects) {
-    if (effect.form.roles().inertia) {
-      inertia[effect.joint] += effect.form.added_inertia();
-    } else {
-      weightless.push_back(effect);
-    }
+    if (effect.form.roles().inertia) inertia[effect.joint] += effect.form.added_inertia();
   }
-  Eigen::MatrixXd result = acceleration(weightless, recording);
-  if (!(other == plant_)) result += acceleration(other, recording);
   const std::vector<Point>& points = points_[recording];
   for (std::size_t i = 0; i < points.size(); ++i) {
     result.row(static_cast<Eigen::Index>(i / parts_)) += points[i].nominal.transpose() / static_cast<double>(parts_);

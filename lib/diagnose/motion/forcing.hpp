@@ -37,6 +37,9 @@ class Forcing {
   /// as far as it can.
   Eigen::MatrixXd total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
 
+  /// The same where what plant and effects without inertia add to the nominal is known.
+  Eigen::MatrixXd total(Eigen::MatrixXd added, const std::vector<Effect>& effects, std::size_t recording) const;
+
   /// What another plant with effects adds along the motion, as torques of the nominal's joints (samples x joints); dry
   /// friction holds what it has to while a joint rests.
   Eigen::MatrixXd torque(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;

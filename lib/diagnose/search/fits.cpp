@@ -168,12 +168,12 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
   return improve(open->filled({}), starts_for(effects, of), true);
 }
 
-/// Adds a set that another one contains. Where that one leaves little the set begins there, with the numbers that the
-/// linear response wants if those leave less, and one step says whether it is lost; where it leaves much the set may be
+/// Adds a set that another one contains. Where that one explains most the set begins there, with the numbers that the
+/// linear response wants if those leave less, and one step says whether it is lost; where it does not the set may be
 /// the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
-  if (leaves_little(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
+  if (explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of);
     if (const std::optional<Gap> open = gap(of, effects)) moved = open->filled({});
     const bool better = !moved.empty() && leaves_less(moved, effects, starts);
@@ -201,6 +201,7 @@ const Fit* Fits::part(const Fit& of, std::size_t effect) {
 void Fits::add_simpler() {
   std::vector<std::vector<Effect>> list;
   for (const Fit* fit : ranked()) {
+    if (is_lost(*fit)) continue;
     for (std::size_t e = 0; e < fit->effects.size(); ++e) {
       std::vector<Effect> simpler = fit->effects;
       if (simplify(simpler[e].form)) list.push_back(std::move(simpler));

@@ -45,7 +45,7 @@ class Fits {
   /// says is lost is not adjusted further.
   void add_subsets();
 
-  /// Every set once more with simpler laws in the place of richer ones.
+  /// Every set that is not lost once more with simpler laws in the place of richer ones.
   void add_simpler();
 
   /// Brings the finalists to their true optima, with the exact Jacobian: laws that contain one another

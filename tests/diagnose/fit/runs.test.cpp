@@ -109,7 +109,8 @@ TEST_CASE("Friction's hidden state is known along a stretch, and of a segment af
   const Runs runs(about.problem, fit);
   REQUIRE(fit.initial_states[4].size() == 4);
   fit.initial_states[4] = fit_initial_state([&](const SegmentState& x) { return runs.residual(4, x); },
-                                            fit.initial_states[4], 20, runs.precision(4, fit.initial_states[4]));
+                                            fit.initial_states[4], 20, runs.precision(4, fit.initial_states[4]))
+                              .start;
   CHECK(std::abs(fit.initial_states[4][2]) > 0.1);
   const std::vector<double> found = largest_residuals(about, fit);
   for (std::size_t w = 0; w < windows.size(); ++w) {

@@ -46,7 +46,7 @@ TEST_CASE("Where the residual is linear in the initial state, what is found is o
         return (measured - design * x).reshaped(30, joint_count);
       };
       const SegmentState start = 10.0 * normal_matrix(random, states, 1);
-      const SegmentState found = fit_initial_state(residual, start, 8, SegmentState::Zero(states));
+      const SegmentState found = fit_initial_state(residual, start, 8, SegmentState::Zero(states)).start;
       const Eigen::VectorXd expected = testing::dense::least_squares(design, measured);
       CAPTURE(states, joint_count);
       CHECK(largest_difference(found, expected) < kLeft * (start - expected).norm());
@@ -71,8 +71,10 @@ TEST_CASE("The first position and speed of a slide are those of the regression o
     design.row(k) << 1.0, mass / friction * -std::expm1(-friction * t / mass);
   }
   const Eigen::VectorXd expected = testing::dense::least_squares(design, made.data.position - forced);
-  const SegmentState start{{1.0, -2.0}}, found = fit_initial_state(residual, start, 8, SegmentState::Zero(2));
-  CHECK(largest_difference(found, expected) < kLeft * (start - expected).norm());
+  const SegmentState start{{1.0, -2.0}};
+  const SegmentRun found = fit_initial_state(residual, start, 8, SegmentState::Zero(2));
+  CHECK(largest_difference(found.start, expected) < kLeft * (start - expected).norm());
+  CHECK(found.residual == residual(found.start));
 }
 
 TEST_CASE("What is known of an initial state weighs as much as samples with the noise that is left",
@@ -84,7 +86,7 @@ TEST_CASE("What is known of an initial state weighs as much as samples with the 
   for (const double known : {0.0, 1.0, 100.0, 1e8}) {
     SegmentState precision = SegmentState::Zero(3);
     precision[2] = known;
-    const SegmentState found = fit_initial_state(residual, SegmentState::Zero(3), 50, precision);
+    const SegmentState found = fit_initial_state(residual, SegmentState::Zero(3), 50, precision).start;
     const double variance = residual(found).squaredNorm() / 40.0;
     Eigen::MatrixXd hessian = design.transpose() * design;
     hessian(2, 2) += known * variance;
@@ -106,10 +108,10 @@ TEST_CASE("An initial state from which nothing can be simulated is refused, one 
     };
   };
   CHECK_THROWS_AS(fit_initial_state(beyond(1.0), SegmentState{{1.5}}, 8, SegmentState::Zero(1)), NumericalError);
-  const SegmentState found = fit_initial_state(beyond(3.0), SegmentState{{0.0}}, 50, SegmentState::Zero(1));
+  const SegmentState found = fit_initial_state(beyond(3.0), SegmentState{{0.0}}, 50, SegmentState::Zero(1)).start;
   CHECK(found[0] <= 3.0);
   CHECK(found[0] > 1.5);  // as near to 5 as it could get by shortened steps
-  CHECK(fit_initial_state(beyond(1.0), SegmentState{{0.7}}, 0, SegmentState::Zero(1))[0] == 0.7);
+  CHECK(fit_initial_state(beyond(1.0), SegmentState{{0.7}}, 0, SegmentState::Zero(1)).start[0] == 0.7);
 }
 
 TEST_CASE("A first guess holds hidden states after a gap and lags at a recording's first sample, and nowhere else",
