@@ -100,6 +100,21 @@ TEST_CASE("What a set leaves without one of its effects is fitted, or known to b
   CHECK(recorded.fits.tried({kHardening}));
 }
 
+TEST_CASE("So it is where a set explains most but leaves something; where it does not all parts are fitted",
+          "[diagnose][search]") {
+  const Effect strong{CoulombFriction{0.8}, 0};
+  Recorded recorded({strong, kDragging});  // which the catalogue does not hold
+  const Fit whole = *recorded.fits.add({strong, kHardening});
+  REQUIRE_FALSE(leaves_little(whole));
+  SECTION("it is not known to explain most") { CHECK_FALSE(recorded.fits.part(whole, 0)->glanced); }
+  SECTION("it does") {
+    recorded.fits.add({});
+    REQUIRE(recorded.fits.explains_most(whole));
+    CHECK(recorded.fits.part(whole, 0)->glanced);
+    CHECK_FALSE(recorded.fits.part(whole, 1)->glanced);
+  }
+}
+
 TEST_CASE("A set that stopped short of what it contains begins there once more", "[diagnose][search]") {
   const Effect right{kCogging, 0}, wrong{CoggingTorque{0.5, 14.0, 0.0}, 0};
   Recorded recorded({right});
