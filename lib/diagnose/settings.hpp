@@ -419,7 +419,7 @@ struct DoubtSettings {
   double far_better = 3.0;
   double other_size = 3.0;
   double other_unit = 10.0;
-  double input_off = 1e-3;
+  double input_off = 0.05;
   double undone = 0.01;
   double matters = 0.05;
   double some_answer = 0.5;

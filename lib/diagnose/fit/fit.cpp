@@ -43,7 +43,7 @@ class Descent {
     if (exact_) {
       exact_->follow(problem_, next, values_of(next) - values_of(fit));
     } else {
-      simulate(problem_, next, 1);
+      simulate(problem_, next, 1, fit.sse + prior_cost(fit) + kSettings.fit.least_gain);  // more is no descent
     }
     return next;
   }
@@ -227,7 +227,9 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   // Jacobian of the linear response, then, with the worst initial states polished, of the machine itself.
   const double usual = noise_sse(problem.response.rows());
   for (int round = 0; round < kSettings.fit.rounds; ++round) {
+    const double polished = current.sse;
     descend(problem, current, false, kSettings.fit.linear_iterations);
+    if (round > 0 && current.sse == polished) break;  // nothing has moved since
     const double before = current.sse;
     polish(problem, current);
     if (current.sse <= usual || current.sse > kSettings.fit.recovered * before)

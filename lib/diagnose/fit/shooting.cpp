@@ -29,10 +29,11 @@ double noise_sse(Eigen::Index rows) {
   return static_cast<double>(rows) + kSettings.fit.noise_deviations * std::sqrt(2.0 * static_cast<double>(rows));
 }
 
-void simulate(const FitProblem& problem, Fit& fit, int rounds) {
+void simulate(const FitProblem& problem, Fit& fit, int rounds, double most) {
   const Runs runs(problem, fit);
   const int n = joints(fit.plant);
   fit.residual.resize(problem.response.rows());
+  double sum = 0.0;
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
     SegmentState& start = fit.initial_states[w];
     Eigen::MatrixXd residual = runs.residual(w, start);
@@ -49,6 +50,8 @@ void simulate(const FitProblem& problem, Fit& fit, int rounds) {
       }
     }
     take(problem, fit, w, residual);
+    sum += sse_of(problem, fit, w);
+    if (sum > most) throw NumericalError("the segments leave more than was asked for");
   }
   sum_up(fit);
 }

@@ -8,8 +8,9 @@ namespace bayesctrl {
 double noise_sse(Eigen::Index rows);
 
 /// Simulates all segments, moves their initial states to where they fit best by the linear response, simulates again;
-/// `rounds` times, each segment for as long as that leaves less. Throws NumericalError.
-void simulate(const FitProblem& problem, Fit& fit, int rounds);
+/// `rounds` times, each segment for as long as that leaves less. Throws NumericalError, also as soon as the segments
+/// leave more than `most`.
+void simulate(const FitProblem& problem, Fit& fit, int rounds, double most = kInfinity);
 
 /// Segments in which the linear response misjudges the initial state (a joint sticks, the motion is unstable, or more
 /// than position and velocity is unknown): theirs by Levenberg-Marquardt on free runs.

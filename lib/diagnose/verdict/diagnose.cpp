@@ -312,11 +312,13 @@ void doubted(Judgement& judgement, const Search& search) {
 }
 
 /// Sets that switch the input off are no physics: while the motion answers to the input, the others say what is
-/// missing.
+/// missing. Numbers that are settled anew may switch it off again.
 void drop_dead_inputs(Search& search) {
-  std::vector<Candidate>& candidates = search.explanation.candidates;
-  std::erase_if(candidates, [&](const Candidate& c) { return switches_input_off(c.fit, search.data); });
-  settle(search.explanation, search.data, search.options, search.spec.horizon);
+  while (switches_input_off(search.best(), search.data)) {
+    std::erase_if(search.explanation.candidates,
+                  [&](const Candidate& c) { return switches_input_off(c.fit, search.data); });
+    settle(search.explanation, search.data, search.options, search.spec.horizon);
+  }
 }
 
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.

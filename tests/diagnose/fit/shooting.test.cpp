@@ -148,6 +148,22 @@ TEST_CASE("A round moves an initial state only to where the segment leaves less,
   CHECK(kept > 0);
 }
 
+TEST_CASE("Simulations end as soon as they leave more than is asked for, and are the same where they do not",
+          "[diagnose][fit]") {
+  const Sticking machine;
+  const Fit whole = machine.simulated();
+  for (const double most : {0.2, 0.999, 1.001}) {
+    Fit fit = machine.about.at_truth({machine.law});
+    CAPTURE(most);
+    if (most < 1.0) {
+      CHECK_THROWS_AS(simulate(machine.about.problem, fit, 0, most * whole.sse), NumericalError);
+    } else {
+      simulate(machine.about.problem, fit, 0, most * whole.sse);
+      CHECK(fit.residual == whole.residual);
+    }
+  }
+}
+
 TEST_CASE("Polishing leaves segments that fit as they are, lowers the SSE of others and raises that of none",
           "[diagnose][fit]") {
   const Sticking machine;
