@@ -26,26 +26,27 @@ std::vector<Trajectory> unmeasured(const Machine& machine, const std::vector<Tra
   return result;
 }
 
+/// Those that move the machine, and not only what is shown of it.
+std::vector<Effect> unseen(const std::vector<Effect>& effects) {
+  std::vector<Effect> result;
+  std::ranges::copy_if(effects, std::back_inserter(result),
+                       [](const Effect& effect) { return !effect.form.roles().sensor; });
+  return result;
+}
+
 /// Acceleration of what is measured, where the motion is: per recording, as the response takes it. Of the state and the
 /// input alone, also behind other sensors: what it leaves is then the random force itself, and not a part of it.
 class AlongMotion {
  public:
   AlongMotion(const FitProblem& problem, const Fit& fit)
-      : problem_(problem), fit_(fit), scale_(JointVector::Ones(joints(fit.plant))) {
-    std::ranges::copy_if(fit.effects, std::back_inserter(unseen_),
-                         [](const Effect& effect) { return !effect.form.roles().sensor; });
-    std::ranges::copy_if(unseen_, std::back_inserter(weightless_),
-                         [](const Effect& effect) { return !effect.form.roles().inertia; });
+      : problem_(problem), fit_(fit), scale_(JointVector::Ones(joints(fit.plant))), unseen_(unseen(fit.effects)) {
     if (unseen_.size() < fit.effects.size()) {
       const Machine machine(fit.plant, fit.effects);
       scale_ = machine.measured_scale();
       paths_ = unmeasured(machine, problem.forcing.paths());
       behind_.emplace(problem.forcing.plant(), problem.data, paths_);
     }
-    for (std::size_t r = 0; r < problem.data.size(); ++r) {
-      Eigen::MatrixXd& added = added_.emplace_back(forcing().acceleration(weightless_, r));
-      if (!(fit.plant == forcing().plant())) added += forcing().acceleration(fit.plant, r);
-    }
+    for (std::size_t r = 0; r < problem.data.size(); ++r) added_.push_back(forcing().added(fit.plant, unseen_, r));
   }
   AlongMotion(const AlongMotion&) = delete;
   AlongMotion& operator=(const AlongMotion&) = delete;
@@ -64,13 +65,10 @@ class AlongMotion {
       return AlongMotion(problem_, moved).accelerations();
     std::vector<Eigen::MatrixXd> added = added_;
     for (std::size_t r = 0; r < added.size(); ++r) {  // all others do what they did
-      added[r] += forcing().acceleration(moved.effects[e], r, weightless_) -
-                  forcing().acceleration(fit_.effects[e], r, weightless_);
+      added[r] +=
+          forcing().acceleration(moved.effects[e], r, unseen_) - forcing().acceleration(fit_.effects[e], r, unseen_);
     }
-    std::vector<Effect> unseen;
-    std::ranges::copy_if(moved.effects, std::back_inserter(unseen),
-                         [](const Effect& effect) { return !effect.form.roles().sensor; });
-    return shown(std::move(added), unseen);
+    return shown(std::move(added), unseen(moved.effects));
   }
 
  private:
@@ -87,7 +85,7 @@ class AlongMotion {
   const FitProblem& problem_;
   const Fit& fit_;
   JointVector scale_;  // of the sensors
-  std::vector<Effect> unseen_, weightless_;
+  std::vector<Effect> unseen_;
   std::vector<Trajectory> paths_;  // behind other sensors, with what acts there
   std::optional<Forcing> behind_;
   std::vector<Eigen::MatrixXd> added_;  // per recording, to the nominal, without inertia

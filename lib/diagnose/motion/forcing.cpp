@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "diagnose/motion/hidden_torque.hpp"
 #include "diagnose/settings.hpp"
@@ -225,13 +224,17 @@ Eigen::MatrixXd Forcing::acceleration(const Plant& other, std::size_t recording)
   return result;
 }
 
-Eigen::MatrixXd Forcing::total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const {
+Eigen::MatrixXd Forcing::added(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const {
   std::vector<Effect> weightless;
   std::ranges::copy_if(effects, std::back_inserter(weightless),
                        [](const Effect& effect) { return !effect.form.roles().inertia; });
-  Eigen::MatrixXd added = acceleration(weightless, recording);
-  if (!(other == plant_)) added += acceleration(other, recording);
-  return total(std::move(added), effects, recording);
+  Eigen::MatrixXd result = acceleration(weightless, recording);
+  if (!(other == plant_)) result += acceleration(other, recording);
+  return result;
+}
+
+Eigen::MatrixXd Forcing::total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const {
+  return total(added(other, effects, recording), effects, recording);
 }
 
 Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>& effects,

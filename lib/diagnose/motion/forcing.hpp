@@ -37,7 +37,8 @@ class Forcing {
   /// as far as it can.
   Eigen::MatrixXd total(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
 
-  /// The same where what plant and effects without inertia add to the nominal is known.
+  /// What that plant and the effects without inertia add to the nominal's acceleration; the same of what they add.
+  Eigen::MatrixXd added(const Plant& other, const std::vector<Effect>& effects, std::size_t recording) const;
   Eigen::MatrixXd total(Eigen::MatrixXd added, const std::vector<Effect>& effects, std::size_t recording) const;
 
   /// What another plant with effects adds along the motion, as torques of the nominal's joints (samples x joints); dry
