@@ -122,7 +122,8 @@ TEST_CASE("Equations of every effect carry plain signs", "[diagnose]") {
 
 TEST_CASE("Free parameters that could hide friction do not: a real arm without its friction",
           "[diagnose][slow][long]") {
-  // Fitted alone, the masses' places and inertias wander to seven times their values, where friction is not seen.
+  // Fitted alone, the masses' places and inertias wander to seven times their values, where friction is not seen. In
+  // three seconds that no set explains to the noise several optima lie within half of the values.
   const fs::path folder = fs::path(BAYESCTRL_SOURCE_DIR) / "configs" / "real" / "data" / "dfki_double_pendulum";
   const std::string spec = R"(
 name: arm
@@ -141,9 +142,10 @@ held_out: [trajectory_144003.csv]
     INFO(name);
     const NominalParameter* p = d.parameters.find(name);
     REQUIRE(p != nullptr);
-    CHECK(p->value == Approx(p->nominal).epsilon(0.4));
+    CHECK(p->value == Approx(p->nominal).epsilon(0.6));
   }
   const FitErrors& held_out = d.fit.held_out;
   CHECK(held_out.refit.value() <= held_out.before.value());
   CHECK(held_out.after.value() < 0.5 * held_out.refit.value());
+  CHECK(d.fit.train.after.value() < 0.2 * d.fit.train.refit.value());
 }
