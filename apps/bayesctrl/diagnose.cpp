@@ -91,6 +91,9 @@ void print_mismatch(const Mismatch& mismatch) {
 }
 
 void print_fit(const FitFigures& fit) {
+  if (fit.left_out) {
+    std::cout << "  long files were read in pieces, " << format(*fit.left_out, 9) << " rows between them left out\n";
+  }
   if (fit.searched && *fit.searched < 0.9 * *fit.recorded) {
     std::cout << "  searched in excerpts, " << format(*fit.searched, 3) << " s of " << format(*fit.recorded, 4)
               << " s\n";

@@ -18,6 +18,8 @@ struct RecordingSettings {
   double searched = 90.0;
   double excerpt = 10.0;
   double compared = 180.0;
+  std::size_t numbers = 12'000'000;
+  std::size_t pieces = 32;
 
   static void fields(auto& self, auto&& field) {
     field("gap_periods", self.gap_periods,
@@ -35,6 +37,10 @@ struct RecordingSettings {
     field("excerpt", self.excerpt, {kPositive, "s", "of each, evenly spread"});
     field("compared", self.compared,
           {kPositive, "s", "of longer recordings the free runs of the fit are made in excerpts"});
+    field("numbers", self.numbers,
+          {kPositive, "numbers",
+           "of a file are read; of more, pieces of rows, evenly spread, of all together that much"});
+    field("pieces", self.pieces, {kPositive, "pieces", "of so long a file are read, or half as many"});
   }
 };
 

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "base/error.hpp"
+#include "base/vector.hpp"
 #include "diagnose/recording/unit.hpp"
 
 namespace bayesctrl {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "diagnose/recording/read_recording.hpp"
+#include "diagnose/recording/data_table.hpp"
 
 namespace bayesctrl {
 

@@ -75,7 +75,7 @@ std::string not_there(const DiagnosisSpec& spec) {
 
 /// The recordings that are there, opened as diagnose opens them: how much they hold. Throws what it throws.
 std::string opened(const DiagnosisSpec& spec) {
-  std::size_t samples = 0;
+  std::size_t samples = 0, left_out = 0;
   double seconds = 0.0;
   for (const std::vector<RecordingFile>* files : {&spec.recordings, &spec.held_out}) {
     for (const RecordingFile& file : *files) {
@@ -83,10 +83,14 @@ std::string opened(const DiagnosisSpec& spec) {
       const Measured measured = read_recording(file, spec.signals);
       if (std::filesystem::exists(file.simulation)) read_simulation(file, spec.signals, measured);
       samples += measured.samples();
+      left_out += measured.left_out;
       seconds += measured.time.back();
     }
   }
-  return samples == 0 ? "" : ", " + count(samples, "sample") + " in " + format(seconds, 3) + " s";
+  if (samples == 0) return "";
+  const std::string pieces =
+      left_out == 0 ? "" : " in pieces, of " + std::to_string(samples + left_out) + " that are there,";
+  return ", " + count(samples, "sample") + pieces + " in " + format(seconds, 3) + " s";
 }
 
 /// The first point of a diagnosis, after all were read. A spec without a sweep is its only point.

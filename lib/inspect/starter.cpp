@@ -4,7 +4,8 @@
 #include <stdexcept>
 
 #include "base/format.hpp"
-#include "diagnose/recording/read_recording.hpp"
+#include "diagnose/recording/data_table.hpp"
+#include "diagnose/settings.hpp"
 #include "experiment/study.hpp"
 #include "inspect/columns.hpp"
 #include "io/describe.hpp"
@@ -223,7 +224,7 @@ std::string experiment_starter(std::string_view name) {
 
 std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::string_view plant_name,
                               const fs::path& folder, const NamedColumns& named) {
-  const DataTable table = read_data_table(recordings.front());
+  const DataTable table = read_data_table(recordings.front(), {.numbers = kSettings.recording.numbers});
   ColumnGuesses guesses = guess_columns(table, recordings.front().string(), named);
   std::vector<double> time;
   if (guesses.time) {

@@ -117,23 +117,6 @@ int await_pipe(int descriptor) {
   return ready > 0 ? 0 : ready == 0 ? ETIMEDOUT : errno;
 }
 
-/// Appends all that can be read to `content`, until it has more than `max_bytes`. Returns errno.
-int read_all(int descriptor, bool pipe, std::size_t max_bytes, std::string& content) {
-  std::array<char, 65536> buffer{};
-  while (content.size() <= max_bytes) {
-    if (pipe) {
-      if (const int error = await_pipe(descriptor); error != 0) return error;
-    }
-    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
-    if (count == 0) return 0;
-    if (count > 0)
-      content.append(buffer.data(), static_cast<std::size_t>(count));
-    else if (errno != EINTR && errno != EAGAIN)
-      return errno;
-  }
-  return 0;
-}
-
 /// Brings the file's content to the disk; returns errno. File systems that cannot do so answer EINVAL.
 int sync_file(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -215,29 +198,51 @@ void write_file(const fs::path& path, std::string_view content) {
   batch.commit();
 }
 
-std::string read_file(const fs::path& path, std::size_t max_bytes) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // no waiting for a pipe's writer
-  if (descriptor < 0) fail(path, errno);
+FileReader::FileReader(fs::path path) : path_(std::move(path)) {
+  descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // no waiting for a pipe's writer
   struct stat kind {};
-  int error = ::fstat(descriptor, &kind) != 0 ? errno : 0;
-  const bool pipe = error == 0 && S_ISFIFO(kind.st_mode);
-  if (error == 0 && (S_ISCHR(kind.st_mode) || S_ISBLK(kind.st_mode))) {
-    ::close(descriptor);
-    throw IoError(path.string() + ": is a device, not a file");
+  if (descriptor_ < 0 || ::fstat(descriptor_, &kind) != 0) {
+    const int error = errno;
+    if (descriptor_ >= 0) ::close(descriptor_);
+    fail(path_, error);
   }
-  const auto too_long = [&] {
-    return DataError({.file = path.string()}, "has more than " + std::to_string(max_bytes) + " bytes");
-  };
-  if (error == 0 && S_ISREG(kind.st_mode) && static_cast<std::uintmax_t>(kind.st_size) > max_bytes) {
-    ::close(descriptor);
-    throw too_long();
+  if (S_ISCHR(kind.st_mode) || S_ISBLK(kind.st_mode)) {
+    ::close(descriptor_);
+    throw IoError(path_.string() + ": is a device, not a file");
   }
+  pipe_ = S_ISFIFO(kind.st_mode);
+  if (S_ISREG(kind.st_mode)) bytes_ = static_cast<std::uintmax_t>(kind.st_size);
+}
+
+FileReader::~FileReader() { ::close(descriptor_); }
+
+std::size_t FileReader::read(char* to, std::size_t size) {
+  while (true) {
+    if (pipe_) {
+      const int error = await_pipe(descriptor_);
+      if (error == ETIMEDOUT) throw IoError(path_.string() + ": is a pipe into which nothing is written");
+      if (error != 0) fail(path_, error);
+    }
+    const ssize_t count = ::read(descriptor_, to, size);
+    if (count >= 0) return static_cast<std::size_t>(count);
+    if (errno != EINTR && errno != EAGAIN) fail(path_, errno);
+  }
+}
+
+std::string read_file(const fs::path& path, std::size_t max_bytes) {
+  FileReader file(path);
   std::string content;
-  if (error == 0) error = read_all(descriptor, pipe, max_bytes, content);
-  ::close(descriptor);
-  if (error == ETIMEDOUT) throw IoError(path.string() + ": is a pipe into which nothing is written");
-  if (error != 0) fail(path, error);
-  if (content.size() > max_bytes) throw too_long();
+  const auto limit = [&] {
+    if (content.size() > max_bytes || file.bytes() > max_bytes) {
+      throw DataError({.file = path.string()}, "has more than " + std::to_string(max_bytes) + " bytes");
+    }
+  };
+  limit();
+  std::array<char, 65536> buffer{};
+  while (const std::size_t count = file.read(buffer.data(), buffer.size())) {
+    content.append(buffer.data(), count);
+    limit();
+  }
   return content;
 }
 

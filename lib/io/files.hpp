@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -39,7 +40,28 @@ class FileBatch {
 /// A batch of one. Throws IoError.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
-/// The whole file. Throws IoError if it cannot be read or is a folder, DataError beyond `max_bytes`.
+/// A file that is read piece by piece. Throws IoError: it cannot be read, is a folder or a device, or a pipe into which
+/// nothing is written.
+class FileReader {
+ public:
+  explicit FileReader(std::filesystem::path path);
+  FileReader(const FileReader&) = delete;
+  FileReader& operator=(const FileReader&) = delete;
+  ~FileReader();
+
+  /// The next bytes, at most `size` of them; 0 at the end.
+  std::size_t read(char* to, std::size_t size);
+  /// Of a regular file; 0 of a pipe.
+  std::uintmax_t bytes() const { return bytes_; }
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  bool pipe_ = false;
+  std::uintmax_t bytes_ = 0;
+};
+
+/// The whole file. Throws as FileReader does, DataError beyond `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes);
 
 /// A folder name for any text: letters, digits, '-', '_' and '.' stay, each run of others becomes one '-'; at most 100

@@ -18,6 +18,7 @@ struct Measured {
   double start = 0.0;                       // time stamp of the first sample in the file, s
   bool linear_hold = false;                 // the input runs straight from sample to sample instead of being held
   std::shared_ptr<const FineInput> fine{};  // the inputs of which `input` is the sum, where samples were left out
+  std::size_t left_out = 0;                 // rows of the file that were too many to be read, between its pieces
 
   std::size_t samples() const { return time.size(); }
 };

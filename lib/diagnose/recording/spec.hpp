@@ -41,10 +41,11 @@ struct Signal {
     if (unit.empty() || find_unit(unit) != nullptr) return "";
     return "unit '" + unit + "' is not known; known are " + known_units();
   }
-  /// A number of the column in SI units.
-  double in_si(double value) const {
+  /// What turns numbers of the column into SI units.
+  auto to_si() const {
     const Unit* known = find_unit(unit);
-    return (value * scale + offset) * (known != nullptr ? known->scale : 1.0);
+    const double in_unit = known != nullptr ? known->scale : 1.0;
+    return [scale = scale, offset = offset, in_unit](double value) { return (value * scale + offset) * in_unit; };
   }
 };
 

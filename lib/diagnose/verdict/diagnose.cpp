@@ -374,6 +374,9 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   const Models models = models_of(found, judgement);
   diagnosis.fit.recorded = recorded_seconds(recordings);
   diagnosis.fit.searched = recorded_seconds(data);
+  for (const Measured& m : recordings) {
+    if (m.left_out > 0) diagnosis.fit.left_out = diagnosis.fit.left_out.value_or(0.0) + static_cast<double>(m.left_out);
+  }
   diagnosis.fit.train = compare(models, found, compared(recordings), false, diagnosis.units, result.runs);
   stage(88, "planning the next experiment");
   diagnosis.residual = test_residuals(found, given);

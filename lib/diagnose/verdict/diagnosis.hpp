@@ -192,7 +192,7 @@ struct FitFigures {
   std::string unit = "rad";
   double horizon = 1.0;
   double noise_floor = 0.0;
-  std::optional<double> recorded, searched;
+  std::optional<double> recorded, searched, left_out;
   FitErrors train, held_out;
 
   /// Those of held-out recordings, where there are any.
@@ -204,6 +204,7 @@ struct FitFigures {
     field("noise_floor", self.noise_floor, detail::told("standard deviation of the sensor"));
     field("recorded_s", self.recorded, {.unit = "s", .text = "of the recordings, gaps left out"});
     field("searched_s", self.searched, {.unit = "s", .text = "of these, excerpts in which explanations were searched"});
+    field("rows_left_out", self.left_out, {.text = "of long files, between evenly spread pieces: not read"});
     field("train", self.train, detail::told("recordings that were explained"));
     field("held_out", self.held_out, detail::told("recordings that were held out"));
   }

@@ -1,15 +1,19 @@
 #include "diagnose/recording/read_recording.hpp"
 
 #include <matio.h>
+#include <sys/resource.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <memory>
 
+#include "diagnose/recording/data_table.hpp"
 #include "io/examples.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "support/fuzz.hpp"
+#include "support/sanitized.hpp"
 #include "support/text.hpp"
 
 using namespace bayesctrl;
@@ -165,6 +169,73 @@ TEST_CASE("A signal may be given by the number of its column, unless a column is
   for (const char* wrong : {"0", "99", "-1"}) {
     signals.position[0].column = wrong;
     CHECK_THROWS_AS(read_text(example_csv(20), signals), DataError);
+  }
+}
+
+TEST_CASE("Of a long table pieces are kept, evenly spread, and the rest is counted", "[diagnose]") {
+  for (const std::size_t rows :
+       {std::size_t{1}, std::size_t{63}, std::size_t{64}, std::size_t{65}, std::size_t{1000}, std::size_t{4097}}) {
+    for (const std::size_t pieces : {std::size_t{4}, std::size_t{8}}) {
+      CAPTURE(rows, pieces);
+      const std::size_t most = 64, length = most / pieces;
+      const DataTable table = parse_data_csv(example_csv(static_cast<int>(rows)), "run.csv",
+                                             {.columns = {"t", "u"}, .numbers = 2 * most, .pieces = pieces});
+      const std::vector<std::size_t>& kept = table.rows;
+      REQUIRE(!kept.empty());
+      CHECK(kept.size() + table.left_out == rows);
+      CHECK(kept.size() <= most);
+      CHECK(kept.size() >= std::min(rows, most / 2 - length));
+      CHECK(table.columns[1].empty());
+      const std::size_t every = rows <= most ? 1 : kept[length] / length;  // begins a piece
+      for (std::size_t i = 0; i < kept.size(); ++i) {
+        REQUIRE(kept[i] == i / length * every * length + i % length);
+        REQUIRE(table.columns[0][i] == Approx(0.1 * static_cast<double>(kept[i])));
+        REQUIRE(table.columns[2][i] == -static_cast<double>(kept[i]));
+        REQUIRE(table.lines[i] == static_cast<int>(kept[i]) + 2);
+      }
+      CHECK(rows - kept.back() <= every * length);  // up to its end
+    }
+  }
+}
+
+TEST_CASE("What lies outside of from and to is none of a long table, and stamps of a rate stay right", "[diagnose]") {
+  const auto counts = [](std::size_t row, double t) { return row >= 500 && t < 80.0; };
+  const DataTable table = parse_data_csv(example_csv(1000), "run.csv",
+                                         {.columns = {"t", "q"}, .counts = counts, .numbers = 2 * 400, .pieces = 8});
+  CHECK(table.rows.size() == 300);
+  CHECK(table.left_out == 0);
+  CHECK(table.rows.front() == 500);
+  CHECK(table.rows.back() == 799);
+}
+
+TEST_CASE("A recording of millions of rows is read in the memory of its pieces", "[diagnose][slow]") {
+  const Folder folder;
+  const int rows = 8'000'000;
+  {
+    std::ofstream csv(folder.path() / "run.csv");
+    csv << "a,q,u\n";
+    std::string line;
+    for (int k = 0; k < rows; ++k) {
+      line = "0," + std::to_string(k % 1000) + "," + std::to_string(k) + "\n";
+      csv << line;
+    }
+  }
+  Signals signals = example_signals();
+  signals.time.column.reset();
+  signals.time.rate = 1000.0;
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  const Measured measured = read_recording(file_at(folder.path() / "run.csv"), signals);
+  getrusage(RUSAGE_SELF, &after);
+  if (!kSanitized) CHECK(after.ru_maxrss - before.ru_maxrss < 550'000);  // kB
+  CHECK(measured.samples() + measured.left_out == static_cast<std::size_t>(rows));
+  CHECK(measured.left_out > 0);
+  CHECK(stretches(measured, 0).size() >= 16);
+  CHECK(measured.time.back() > 0.9 * rows / signals.time.rate);
+  for (const std::size_t i : {std::size_t{0}, measured.samples() / 2, measured.samples() - 1}) {
+    const double row = std::round(measured.time[i] * signals.time.rate);
+    CHECK(measured.input(static_cast<Eigen::Index>(i), 0) == row);
+    CHECK(measured.position(static_cast<Eigen::Index>(i), 0) == std::fmod(row, 1000.0));
   }
 }
 
@@ -456,7 +527,7 @@ TEST_CASE("Every unit is converted to SI by name, in whatever notation", "[diagn
     Signal signal = column("q");
     signal.unit = unit;
     CHECK(signal.problem().empty());
-    return signal.in_si(value);
+    return signal.to_si()(value);
   };
   const double pi = std::acos(-1.0);
   for (const char* degrees : {"deg", "degrees", "\xC2\xB0", "\xB0"}) CHECK(in_si(degrees, 180.0) == Approx(pi));
@@ -470,7 +541,7 @@ TEST_CASE("Every unit is converted to SI by name, in whatever notation", "[diagn
   signal.scale = 2.0;
   signal.offset = 1.0;
   signal.unit = "mm";
-  CHECK(signal.in_si(4.0) == Approx(9e-3));
+  CHECK(signal.to_si()(4.0) == Approx(9e-3));
   for (const char* unknown : {"furlong", "MN", "Deg/s", "rad^2"}) {
     signal.unit = unknown;
     CHECK_THAT(signal.problem(), Catch::Contains("unit '" + std::string(unknown) + "' is not known; known are rad, "));

@@ -37,10 +37,26 @@ std::string dotted(const ordered_json::json_pointer& at) {
 
 /// Keys of maps from free names, and keys that need not be there.
 bool may_be_missing(const std::string& path) {
-  for (const char* free :
-       {"parameters.m", "parameters.k", "parameters.level", "parameters.torque", "parameters.time", "].recording",
-        "after_with_remainder", "without_physics", "recorded_s", "searched_s", "residual.before", "residual.after",
-        "suspicions", "inclusion", "alone", "].share", ".coulomb_friction@2", ".torque_step@1", ".constant_bias@2"}) {
+  for (const char* free : {"parameters.m",
+                           "parameters.k",
+                           "parameters.level",
+                           "parameters.torque",
+                           "parameters.time",
+                           "].recording",
+                           "after_with_remainder",
+                           "without_physics",
+                           "recorded_s",
+                           "searched_s",
+                           "rows_left_out",
+                           "residual.before",
+                           "residual.after",
+                           "suspicions",
+                           "inclusion",
+                           "alone",
+                           "].share",
+                           ".coulomb_friction@2",
+                           ".torque_step@1",
+                           ".constant_bias@2"}) {
     if (path.ends_with(free) && !path.starts_with("mismatch") && !path.starts_with("simulation_mismatch.")) return true;
   }
   return path == "simulation_mismatch";

@@ -12,16 +12,11 @@
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "support/runge_kutta.hpp"
+#include "support/sanitized.hpp"
 
 using namespace bayesctrl;
 
 namespace {
-
-#ifdef __SANITIZE_ADDRESS__  // keeps what was freed, and more of what is not
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 /// A pendulum with dry friction and a disturbance of a fixed frequency, by Runge-Kutta steps of 2 ms of its own
 /// equations; sampled at 50 Hz with noise. No samples are there from `gap` on for `lost` seconds.

@@ -25,7 +25,7 @@ inline Diagnosis full_diagnosis() {
   d.alternatives = {{{"stribeck_friction@2"}, 0.125, "joint 2: ...", true}, {{}, 0.0625, "", false}};
   d.indistinguishable = {{"coulomb_friction@2", "stribeck_friction@2"}};
   d.alone = {{{{"coulomb_friction@2", 0.99}, {"constant_bias@2", 0.985}}}, true};
-  d.fit = {"m", 0.5, 1e-3, 240.0, 90.0, {0.5, 0.25, 1e-3, {}, 0.3}, {0.5, {}, 0.002, 0.001, 0.2}};
+  d.fit = {"m", 0.5, 1e-3, 240.0, 90.0, 3e6, {0.5, 0.25, 1e-3, {}, 0.3}, {0.5, {}, 0.002, 0.001, 0.2}};
   d.residual.before =
       ResidualFigures{{30.0, 0.005}, {99.5, 0.005}, {0.5, 0.01, 0.1}, {0.25, -0.01, 0.5}, {0.1, "a.csv", 1.5, 0.2}};
   d.residual.after = ResidualFigures{};
