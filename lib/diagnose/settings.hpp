@@ -18,6 +18,7 @@ struct RecordingSettings {
   double searched = 90.0;
   double excerpt = 10.0;
   double compared = 180.0;
+  double whole = 80'000.0;
   std::size_t numbers = 12'000'000;
   std::size_t pieces = 32;
 
@@ -37,6 +38,9 @@ struct RecordingSettings {
     field("excerpt", self.excerpt, {kPositive, "s", "of each, evenly spread"});
     field("compared", self.compared,
           {kPositive, "s", "of longer recordings the free runs of the fit are made in excerpts"});
+    field("whole", self.whole,
+          {kPositive, "samples",
+           "of excerpts, about that many, are searched as they are where thinned ones are too coarse"});
     field("numbers", self.numbers,
           {kPositive, "numbers",
            "of a file are read; of more, pieces of rows, evenly spread, of all together that much"});
@@ -216,6 +220,7 @@ struct SearchSettings {
   double entangled = 0.9;
   int most_entangled = 4;
   double relinearise = 1e-3;
+  double coarse = 0.7;
   double least_gain = 1.0;
   double least_relative_gain = 0.005;
   double far_off = 3.0;
@@ -288,6 +293,10 @@ struct SearchSettings {
     field("most_entangled", self.most_entangled, {kPositive, "", "such effects or pairs of them, the most entangled"});
     field("relinearise", self.relinearise,
           {kPositive, "p-value", "of the best, below which the motion is linearised about it"});
+    field("coarse", self.coarse,
+          {kPositive, "",
+           "what a set leaves of whole recordings less than that of what it leaves of thinned ones: these are too "
+           "coarse"});
     field("least_gain", self.least_gain, {kPositive, "nats", "a round that gains less is the last"});
     field("least_relative_gain", self.least_relative_gain, {kPositive, "", "or less than this part of half the SSE"});
     field("far_off", self.far_off,

@@ -171,9 +171,10 @@ class Climb {
 }  // namespace
 
 void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
-           const ExplainOptions& options, double hopeless) {
+           const ExplainOptions& options, double hopeless, const std::function<bool(const Fit&)>& futile) {
   Climb at(fits, screen, dictionary, result, options);
   while (at.stand()) {
+    if (futile(at.best())) return;
     if (!at.goes_on()) {
       at.disentangled();
       continue;

@@ -2,18 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "base/error.hpp"
 #include "diagnose/search/climb.hpp"
 #include "diagnose/search/fits.hpp"
+#include "diagnose/search/whole.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
 #include "numerics/distributions.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
-
-namespace {
 
 std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
                                          const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
@@ -26,6 +27,8 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
   result->dictionary = make_dictionary(*result->response, *result->forcing, options.allowed);
   return result;
 }
+
+namespace {
 
 /// Response to each free parameter per unit, rows x parameters.
 Eigen::MatrixXd jacobian_of_free(const LinearResponse& response, const Forcing& forcing, const Plant& plant,
@@ -165,13 +168,13 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
   fits.add_simpler();
 }
 
-/// Fits what the screen proposes and what lies next to the best of it.
+/// Fits what the screen proposes and what lies next to the best of it, until it is `futile`.
 void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
-            const ExplainOptions& options) {
+            const ExplainOptions& options, const std::function<bool(const Fit&)>& futile) {
   const std::vector<Finding> findings = screen.all();
   fit_findings(fits, findings, dictionary, options);
   fits.add_subsets();
-  climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()));
+  climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }
 
@@ -244,6 +247,16 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
   result.measured = about;
   result.penalty = about->dictionary.penalty();
   Fits fits(nominal, result.given, data, options, result.penalty);
+  std::optional<Whole> whole;
+  if (options.whole != nullptr) whole.emplace(result, *options.whole, options);
+  double asked = kInfinity;  // SSE of the last set of which that was asked: not again of one that leaves about as much
+  const auto too_coarse = [&](const Fit& fit) {
+    if (!whole || result.p_value(fit) > kSettings.search.relinearise || !fits.explains_most(fit)) return false;
+    if (fit.sse > kSettings.search.as_much * asked) return false;
+    asked = fit.sse;
+    result.too_coarse = whole->excess(fit) < kSettings.search.coarse * result.excess(fit);
+    return result.too_coarse;
+  };
   for (int round = 0; round < kSettings.search.rounds; ++round) {
     result.rows = static_cast<double>(about->response->rows());
     result.max_step = fits.about(about);
@@ -251,7 +264,8 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
     const Projected projected = free_projected_out(*about, nominal, data, options.free);
     const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = result.penalty});
-    search(fits, screen, about->dictionary, result, options);
+    search(fits, screen, about->dictionary, result, options, too_coarse);
+    if (result.too_coarse) return;
     fits.refine();
     rank(result, fits);
     result.linearisation = about;
@@ -260,7 +274,8 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
       fit_small_sets(fits, screen, about->dictionary, result);
       if (leaves_little(*fits.ranked().front())) {  // it was there, but the way to it was not
         fits.add_subsets();
-        climb(fits, screen, about->dictionary, result, options, kSettings.search.hopeless);
+        climb(fits, screen, about->dictionary, result, options, kSettings.search.hopeless, too_coarse);
+        if (result.too_coarse) return;
       }
       fits.refine();
       rank(result, fits);
@@ -314,12 +329,14 @@ Explanation explain(const Plant& given, const std::vector<Measured>& data, const
 
   result.start = adjusted(given, data, paths, result.noise, options);
   explore(result, data, paths, options);
+  if (result.too_coarse) return result;
   // Free parameters that alone explain best may be far from where effects leave them.
   if (!options.free.empty() && result.excess(result.best().fit) > kSettings.search.far_off) {
     Explanation other = result;
     other.start = given;
     try {
       explore(other, data, paths, options);
+      if (other.too_coarse) return other;
       if (other.best().fit.log_evidence > result.best().fit.log_evidence) {
         const Fit alone = result.without_effects().fit;
         result = std::move(other);

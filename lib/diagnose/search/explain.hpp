@@ -37,6 +37,7 @@ struct Explanation {
   double penalty = 0.0;     // nats per effect, of the prior
   double rows = 0.0;        // of the residuals
   double fast_rows = 0.0;   // from which the noise is known
+  bool too_coarse = false;  // too many samples were left out: the search ended there, with no candidates
 
   /// Over all joints, RMS.
   double noise_rms() const { return noise.norm() / std::sqrt(static_cast<double>(noise.size())); }
@@ -65,6 +66,7 @@ struct ExplainOptions {
   int refined = kSettings.search.fitted_findings;       // findings of the screen that are fitted, at least
   int neighbours = kSettings.search.neighbours;         // sets next to the best one that are fitted in each round
   double effort = 1.0;                                  // times as many of both, of subsets and of finalists
+  const std::vector<Measured>* whole = nullptr;         // the same recordings before samples were left out, if any were
 
   /// Whether a set consists of effects that the user's catalogue holds.
   bool allow(const std::vector<Effect>& effects) const {
@@ -76,8 +78,14 @@ struct ExplainOptions {
   int thorough(int usual) const { return static_cast<int>(std::round(effort * usual)); }
 };
 
+/// Everything along `paths`, which smoothed recordings or simulations are.
+std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<Measured>& data,
+                                         const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
+                                         const ExplainOptions& options);
+
 /// Stages 1 to 5: noise, motion, screen of sets of up to three effects and of what they grow to, fits of the most
-/// promising, of all their subsets and of what is next to them. Throws NumericalError where the nominal cannot be
+/// promising, of all their subsets and of what is next to them. Where a set explains most and leaves much less of the
+/// whole recordings than of these, these are too coarse. Throws NumericalError where the nominal cannot be
 /// simulated.
 Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "base/error.hpp"
@@ -91,11 +92,24 @@ void settle(Explanation& explanation, const std::vector<Measured>& data, const E
   merge_immaterial(explanation);
 }
 
-Search search(const DiagnosisSpec& spec, const std::vector<Measured>& data, const ExplainOptions& options,
-              const StageBegins& stage) {
+std::size_t samples_of(const std::vector<Measured>& data) {
+  return std::accumulate(data.begin(), data.end(), std::size_t{0},
+                         [](std::size_t sum, const Measured& m) { return sum + m.samples(); });
+}
+
+/// Explains what was thinned out or, where that is too coarse, the `recordings` as they are, which are `data` then.
+Search search(const DiagnosisSpec& spec, const std::vector<Measured>& recordings, std::vector<Measured>& data,
+              const ExplainOptions& options, const StageBegins& stage) {
   const Plant& nominal = *spec.model.plant;
   stage(2, "searching explanations");
-  Explanation explanation = explain(nominal, data, options);
+  std::vector<Measured> whole = searched_as_recorded(recordings);
+  ExplainOptions first = options;
+  if (samples_of(data) < samples_of(whole)) first.whole = &whole;
+  Explanation explanation = explain(nominal, data, first);
+  if (explanation.too_coarse) {
+    data = std::move(whole);
+    explanation = explain(nominal, data, options);
+  }
   stage(50, "comparing the best");
   settle(explanation, data, options, spec.horizon);
   std::vector<Trajectory> smoothed = smooth_all(nominal, data, explanation.noise);
@@ -327,7 +341,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
                  Diagnosed& result) {
   Diagnosis& diagnosis = result.diagnosis;
   const ExplainOptions options = search_options(spec, recordings, noise);
-  const std::vector<Measured> data = thinned(*spec.model.plant, recordings, options, noise);
+  std::vector<Measured> data = thinned(*spec.model.plant, recordings, options, noise);
   const auto compared = [](const std::vector<Measured>& all) {
     return excerpts(all, kSettings.recording.compared, kSettings.recording.excerpt);
   };
@@ -340,7 +354,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   }
   std::optional<Search> searched;
   try {
-    searched.emplace(search(spec, data, options, stage));
+    searched.emplace(search(spec, recordings, data, options, stage));
   } catch (const NumericalError&) {  // no physics makes this nominal run: any mistake that does is an answer
     if (!gross) doubts.decide(kInfinity, std::nullopt, diagnosis);
     if (diagnosis.suspicions.empty()) throw;

@@ -41,6 +41,11 @@ ExplainOptions search_options(const DiagnosisSpec& spec, const std::vector<Measu
   return {spec.effects, spec.model.free, kSettings.motion.segment * kSettings.motion.fastest_mode / fastest, fastest};
 }
 
+std::vector<Measured> searched_as_recorded(const std::vector<Measured>& recordings) {
+  const double affordable = kSettings.recording.whole * shortest_sample_period(recordings);
+  return excerpts(recordings, std::min(kSettings.recording.searched, affordable), kSettings.recording.excerpt);
+}
+
 std::vector<Measured> thinned(const Plant& plant, const std::vector<Measured>& recordings,
                               const ExplainOptions& options, const Eigen::VectorXd& noise) {
   return decimated(plant, excerpts(recordings, kSettings.recording.searched, kSettings.recording.excerpt), noise,

@@ -14,6 +14,9 @@ std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd&
 ExplainOptions search_options(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                               const Eigen::VectorXd& noise);
 
+/// Excerpts of recordings, of about so many samples at most.
+std::vector<Measured> searched_as_recorded(const std::vector<Measured>& recordings);
+
 /// As much of recordings as a search needs.
 std::vector<Measured> thinned(const Plant& plant, const std::vector<Measured>& recordings,
                               const ExplainOptions& options, const Eigen::VectorXd& noise);

@@ -109,6 +109,7 @@ TEST_CASE("Two laws that only together do what one does give way to it", "[diagn
   Explanation result;
   result.rows = static_cast<double>(searched.about->response->rows());
   result.fast_rows = 1000.0;
-  climb(searched.fits, searched.screen, searched.dictionary(), result, searched.options, 30.0);
+  climb(searched.fits, searched.screen, searched.dictionary(), result, searched.options, 30.0,
+        [](const Fit&) { return false; });
   CHECK(key(searched.fits.ranked().front()->effects) == key({kStiff}));
 }
