@@ -16,10 +16,8 @@ namespace {
 
 /// Part of a scene that is enough to rank doubts.
 Scene glimpse(const Scene& scene) {
-  double samples = 0.0;
-  for (const Measured& m : scene.data) samples += static_cast<double>(m.samples());
   const double seconds = recorded_seconds(scene.data);
-  const double wanted = seconds * std::min(1.0, kSettings.doubt.samples / samples);
+  const double wanted = seconds * std::min(1.0, kSettings.doubt.samples / samples(scene.data));
   return {scene.plant, excerpts(scene.data, wanted, std::max(0.25 * wanted, 0.05 * seconds)), scene.free};
 }
 

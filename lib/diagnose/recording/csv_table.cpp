@@ -61,7 +61,7 @@ char separator_of(std::string_view header) {
   return best;
 }
 
-/// Rows of a table, one after the other. The first is asked for before its names.
+/// Rows of a table, one after the other, below its header.
 class CsvRows {
  public:
   CsvRows(Lines::Read read, const std::string& file) : lines_(std::move(read), file), file_(file) {}
@@ -194,20 +194,18 @@ DataTable read_csv(Lines::Read read, const std::string& file, const Wanted& want
   std::vector<std::size_t> columns;
   for (const std::string& name : wanted.columns) {
     const std::optional<std::size_t> found = table.find(name);
-    if (found && std::ranges::find(columns, *found) == columns.end()) columns.push_back(*found);
+    if (!found) return table;  // what is asked for is not there
+    if (std::ranges::find(columns, *found) == columns.end()) columns.push_back(*found);
   }
   if (wanted.columns.empty()) {
     for (std::size_t c = 0; c < table.names.size(); ++c) columns.push_back(c);
   }
-  const std::optional<std::size_t> first =
-      wanted.columns.empty() ? std::optional<std::size_t>(0) : table.find(wanted.columns.front());
-  if (columns.empty()) return table;  // what is asked for is not there
   Pieces pieces(table, columns, wanted);
   std::size_t number = 0;
   for (; rows.next(); ++number) {
     if (wanted.counts) {
       rows.take_apart();
-      if (!wanted.counts(number, first ? rows.number(*first) : std::nan(""))) continue;
+      if (!wanted.counts(number, rows.number(columns.front()))) continue;
     }
     if (!pieces.keeps_next()) continue;
     if (!wanted.counts) rows.take_apart();

@@ -37,6 +37,12 @@ double sixth_difference(const std::vector<double>& t, const Eigen::VectorXd& q, 
 
 }  // namespace
 
+double samples(const std::vector<Measured>& data) {
+  double sum = 0.0;
+  for (const Measured& m : data) sum += static_cast<double>(m.samples());
+  return sum;
+}
+
 double sample_period(const std::vector<double>& time) {
   std::vector<double> steps;
   for (std::size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);

@@ -33,6 +33,9 @@ struct Segment {
   std::size_t samples() const { return last - first + 1; }
 };
 
+/// Of all recordings.
+double samples(const std::vector<Measured>& data);
+
 /// Median time between samples, s.
 double sample_period(const std::vector<double>& time);
 

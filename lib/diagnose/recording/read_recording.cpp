@@ -32,7 +32,7 @@ void unwrap(std::vector<double>& values, const std::vector<std::size_t>& rows, d
 }
 
 /// The columns of a spec in the rows of a file between from and to; of a long file pieces, unless turns have to be
-/// counted through all of it.
+/// counted through all of it. Must not outlive the file.
 Wanted wanted_of(const RecordingFile& file, const Signals& signals) {
   Wanted wanted;
   if (signals.time.column) wanted.columns.push_back(signals.time.column->column);
@@ -48,9 +48,8 @@ Wanted wanted_of(const RecordingFile& file, const Signals& signals) {
   }
   if (!file.from && !file.to) return wanted;
   const auto time = signals.time.column ? std::optional(signals.time.column->to_si()) : std::nullopt;
-  wanted.counts = [=, rate = signals.time.rate, from = file.from, to = file.to](std::size_t row, double first) {
-    const double t = time ? (*time)(first) : static_cast<double>(row) / rate;
-    return !(from && t < *from) && !(to && t > *to);
+  wanted.counts = [time, rate = signals.time.rate, &file](std::size_t row, double first) {
+    return file.holds(time ? (*time)(first) : static_cast<double>(row) / rate);
   };
   return wanted;
 }
@@ -97,7 +96,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     }
   }
   std::vector<bool> wanted;
-  for (const double t : time) wanted.push_back(!(file.from && t < *file.from) && !(file.to && t > *file.to));
+  for (const double t : time) wanted.push_back(file.holds(t));
   wanted.resize(std::max(wanted.size(), rows), true);
   for (const Signal& signal : signals.position) position.push_back(values_of(table, signal, path, wanted));
   for (const Signal& signal : signals.input) {
@@ -117,8 +116,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
       throw DataError({path, table.lines.empty() ? 0 : table.lines[i]},
                       "time runs backwards, from " + format(time[i - 1], 9) + " to " + format(time[i], 9) + " s");
     }
-    if (file.from && time[i] < *file.from) continue;
-    if (file.to && time[i] > *file.to) continue;
+    if (!file.holds(time[i])) continue;
     if (!kept.empty() && time[i] == time[kept.back()]) continue;
     kept.push_back(i);
   }

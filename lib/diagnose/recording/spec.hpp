@@ -104,6 +104,8 @@ struct RecordingFile {
     if (name.empty()) return "file is empty: it names a CSV or MAT file";
     return from && to && *from >= *to ? "from must be before to" : "";
   }
+  /// Whether a row of that time is part of it; one without a time is.
+  bool holds(double time) const { return !(from && time < *from) && !(to && time > *to); }
 };
 
 /// Effects of the catalogue by their place in it; in specs a list of names.

@@ -102,8 +102,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
   dictionary.scale.resize(count);
   if (count == 0) return dictionary;  // none of the allowed effects can act in this machine
   const double nominal = forcing.nominal_acceleration();
-  double total = 0.0;
-  for (const Measured& m : data) total += static_cast<double>(m.samples());
+  const double total = samples(data);
   for (Eigen::Index from = 0; from < count; from += kBatch) {
     const Eigen::Index size = std::min(kBatch, count - from);
     std::vector<Eigen::MatrixXd> accelerations, positions;

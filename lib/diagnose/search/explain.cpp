@@ -230,7 +230,7 @@ double Explanation::p_value(const Fit& fit) const {
   return fisher_f_tail(std::min(fit.sse / degrees, 1e12), degrees, fast_rows);
 }
 
-double Explanation::excess(const Fit& fit) const {
+double excess(const Fit& fit, double rows) {
   const double degrees = std::max(1.0, rows - static_cast<double>(fit.unknowns.size()));
   return std::sqrt(std::max(0.0, fit.sse / degrees - 1.0));
 }

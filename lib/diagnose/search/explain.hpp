@@ -25,6 +25,9 @@ struct Candidate {
   double probability = 0.0;
 };
 
+/// Root mean square of the residual of so many rows beyond the noise, in units of it.
+double excess(const Fit& fit, double rows);
+
 /// What the recordings say about sets of effects.
 struct Explanation {
   std::vector<Candidate> candidates;             // most probable first; the empty set is among them
@@ -50,8 +53,7 @@ struct Explanation {
   /// Probability that a model as good as this one leaves so much: SSE of its residual against the noise (F test).
   double p_value(const Fit& fit) const;
 
-  /// Root mean square of the residual beyond the noise, in units of it.
-  double excess(const Fit& fit) const;
+  double excess(const Fit& fit) const { return bayesctrl::excess(fit, rows); }
 };
 
 /// The logarithm of an error that a model leaves, and what its size makes of it: an effect more has to gain a tenth, a

@@ -11,14 +11,11 @@ double Whole::excess(const Fit& fit) {
     about_ = linearise(result_.start, recordings_, result_.noise, smooth_all(result_.start, recordings_, result_.noise),
                        options_);
   }
-  FitProblem problem{result_.start,     result_.given,    options_.free,   recordings_,
-                     *about_->response, *about_->forcing, result_.penalty, result_.max_step};
+  FitProblem problem = problem_about(*about_, result_, recordings_, options_);
   if (max_step_ == 0.0) max_step_ = adequate_step(problem);
   problem.max_step = max_step_;
   try {
-    const Fit found = bayesctrl::fit(problem, fit.effects);
-    const double degrees = static_cast<double>(found.residual.size()) - static_cast<double>(found.unknowns.size());
-    return std::sqrt(std::max(0.0, found.sse / std::max(1.0, degrees) - 1.0));
+    return bayesctrl::excess(bayesctrl::fit(problem, fit.effects), static_cast<double>(about_->response->rows()));
   } catch (const NumericalError&) {
     return kInfinity;
   }

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "base/error.hpp"
 #include "base/format.hpp"
-#include "diagnose/fit/autoregression.hpp"
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/recording/read_recording.hpp"
 #include "diagnose/settings.hpp"
 #include "diagnose/verdict/alone.hpp"
+#include "diagnose/verdict/compared.hpp"
 #include "diagnose/verdict/doubts.hpp"
 #include "diagnose/verdict/in_time.hpp"
 #include "diagnose/verdict/inclusion.hpp"
@@ -92,11 +91,6 @@ void settle(Explanation& explanation, const std::vector<Measured>& data, const E
   merge_immaterial(explanation);
 }
 
-std::size_t samples_of(const std::vector<Measured>& data) {
-  return std::accumulate(data.begin(), data.end(), std::size_t{0},
-                         [](std::size_t sum, const Measured& m) { return sum + m.samples(); });
-}
-
 /// Explains what was thinned out or, where that is too coarse, the `recordings` as they are, which are `data` then.
 Search search(const DiagnosisSpec& spec, const std::vector<Measured>& recordings, std::vector<Measured>& data,
               const ExplainOptions& options, const StageBegins& stage) {
@@ -104,7 +98,7 @@ Search search(const DiagnosisSpec& spec, const std::vector<Measured>& recordings
   stage(2, "searching explanations");
   std::vector<Measured> whole = searched_as_recorded(recordings);
   ExplainOptions first = options;
-  if (samples_of(data) < samples_of(whole)) first.whole = &whole;
+  if (samples(data) < samples(whole)) first.whole = &whole;
   Explanation explanation = explain(nominal, data, first);
   if (explanation.too_coarse) {
     data = std::move(whole);
@@ -209,59 +203,6 @@ void state(Diagnosis& diagnosis, const Search& search, const Judgement& judgemen
     diagnosis.parameters.items.emplace_back(
         name, shown_parameter(search.nominal, judgement.fit, name, estimated, diagnosis.units.front()));
   }
-}
-
-/// Models whose free runs are compared.
-struct Models {
-  Corrected before, refit, after;
-  std::optional<Corrected> with_remainder;  // where `after` leaves the remainder out
-};
-
-Models models_of(const Search& search, const Judgement& judgement) {
-  Models models;
-  models.before = {search.nominal, {}, {}};
-  models.refit = {search.refit().plant, {}, {}};
-  models.after = {judgement.fit.plant, judgement.fit.effects, {}};
-  if (judgement.verdict == Verdict::unknown) models.after.remainder = judgement.remainder;
-  if (judgement.verdict == Verdict::nothing_missing) models.after = models.refit;
-  if (judgement.significant && judgement.verdict != Verdict::unknown && !judgement.remainder.empty()) {
-    models.with_remainder = models.after;
-    models.with_remainder->remainder = judgement.remainder;
-  }
-  return models;
-}
-
-/// Errors of the models over recordings, which are added to `runs`.
-FitErrors compare(const Models& models, const Search& search, const std::vector<Measured>& recordings, bool held_out,
-                  const std::vector<JointUnits>& units, Table& runs) {
-  const Explanation& explanation = search.explanation;
-  const std::vector<Trajectory> paths = smooth_all(search.nominal, recordings, explanation.noise);
-  const auto run = [&](const Corrected& model) {
-    return free_runs(model, recordings, paths, search.spec.horizon, held_out, explanation.max_step);
-  };
-  const FreeRuns before = run(models.before), after = run(models.after);
-  FitErrors errors;
-  errors.before = before.rms;
-  errors.refit = search.options.free.empty() ? before.rms : run(models.refit).rms;
-  errors.after = after.rms;
-  if (models.with_remainder) errors.after_with_remainder = run(*models.with_remainder).rms;
-  errors.without_physics = autoregression_error(search.data, recordings, search.spec.horizon);
-  add_runs(runs, held_out ? "held_out" : "train", recordings, before, after, units);
-  return errors;
-}
-
-/// Held-out recordings refuse a remainder with which they are predicted clearly worse than without: it was learnt where
-/// they are not.
-void drop_refuted_remainder(Judgement& judgement, const Search& search, const std::vector<Measured>& held_out) {
-  if (judgement.verdict != Verdict::unknown || judgement.remainder.empty() || held_out.empty()) return;
-  const Explanation& explanation = search.explanation;
-  const std::vector<Trajectory> paths = smooth_all(search.nominal, held_out, explanation.noise);
-  const auto error = [&](const Remainder& remainder) {
-    return free_runs({judgement.fit.plant, judgement.fit.effects, remainder}, held_out, paths, search.spec.horizon,
-                     true, explanation.max_step)
-        .rms;
-  };
-  if (error(judgement.remainder) > kSettings.verdict.contradicted * error({})) judgement.remainder = {};
 }
 
 Residual test_residuals(const Search& search, const AsGiven& given) {

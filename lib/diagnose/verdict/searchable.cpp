@@ -10,12 +10,10 @@
 namespace bayesctrl {
 
 std::string too_little(const std::vector<Measured>& data, const Eigen::VectorXd& noise) {
-  double samples = 0.0, duration = 0.0;
-  for (const Measured& m : data) {
-    samples += static_cast<double>(m.samples());
-    duration += m.time.back();
-  }
-  if (samples < kSettings.recording.least_samples) return "only " + format(samples, 6) + " samples in all";
+  const double count = samples(data);
+  double duration = 0.0;
+  for (const Measured& m : data) duration += m.time.back();
+  if (count < kSettings.recording.least_samples) return "only " + format(count, 6) + " samples in all";
   if (duration < kSettings.recording.least_duration) return "only " + format(duration, 3) + " s of recording in all";
   double most = 0.0;
   for (const Measured& m : data) {

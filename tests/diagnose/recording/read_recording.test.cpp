@@ -1,15 +1,12 @@
 #include "diagnose/recording/read_recording.hpp"
 
-#include <matio.h>
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
-#include <memory>
 
-#include "diagnose/recording/data_table.hpp"
-#include "io/examples.hpp"
+#include "diagnose/recording/examples.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "support/fuzz.hpp"
@@ -17,56 +14,18 @@
 #include "support/text.hpp"
 
 using namespace bayesctrl;
+using namespace bayesctrl::recording_examples;
 using namespace bayesctrl::testing;
 using io_examples::error_of;
 using io_examples::Folder;
 
 namespace {
 
-using Names = std::vector<std::string>;
-using Column = std::vector<double>;
-
-DataTable parse(std::string_view text) { return parse_data_csv(text, "run.csv"); }
-std::string parse_error(std::string_view text) {
-  return error_of<DataError>([&] { parse(text); });
-}
-
-Signal column(const std::string& name, const Location& where = {}) {
-  Signal signal;
-  signal.column = name;
-  signal.where = where;
-  return signal;
-}
-
-RecordingFile file_at(const std::filesystem::path& path) {
-  RecordingFile file;
-  file.file = path;
-  return file;
-}
 RecordingFile between_times(double from, std::optional<double> to = {}) {
   RecordingFile file;
   file.from = from;
   file.to = to;
   return file;
-}
-
-/// Columns t, q and u.
-Signals example_signals() {
-  Signals signals;
-  signals.time.column = column("t");
-  signals.position = {PositionSignal{column("q")}};
-  signals.input = {InputSignal{column("u", {"spec.yaml", 7, 10})}};
-  return signals;
-}
-
-/// t,q,u with t = 0.1 k, q = k, u = -k.
-std::string example_csv(int rows) {
-  std::string text = "t,q,u\n";
-  for (int k = 0; k < rows; ++k) {
-    text += std::to_string(k / 10) + "." + std::to_string(k % 10) + "," + std::to_string(k) + ",-" + std::to_string(k) +
-            "\n";
-  }
-  return text;
 }
 
 Measured read_text(const std::string& text, const Signals& signals = example_signals(), RecordingFile file = {}) {
@@ -83,75 +42,7 @@ std::string read_error(const std::string& text, const Signals& signals = example
   return name == std::string::npos ? message : message.substr(name);
 }
 
-using Matlab = std::unique_ptr<mat_t, decltype(&Mat_Close)>;
-
-matvar_t* row_of(const char* name, Column& values) {
-  std::size_t dimensions[2] = {1, values.size()};
-  return Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dimensions, values.data(), 0);
-}
-
-void write_variable(const Matlab& file, matvar_t* variable) {
-  Mat_VarWrite(file.get(), variable, MAT_COMPRESSION_NONE);
-  Mat_VarFree(variable);
-}
-
 }  // namespace
-
-TEST_CASE("Every notation of the same table of numbers reads the same", "[diagnose]") {
-  const DataTable plain = parse("t,q,u\n0,1.5,-2\n0.25,1e-3,+4\n");
-  REQUIRE(plain.names == Names{"t", "q", "u"});
-  REQUIRE(plain.columns == std::vector<Column>{{0, 0.25}, {1.5, 1e-3}, {-2, 4}});
-  CHECK(plain.lines == std::vector<int>{2, 3});
-  for (const std::string text : {
-           "\xEF\xBB\xBFt,q,u\n0,1.5,-2\n0.25,1e-3,+4\n",         // byte-order mark
-           "t,q,u\n0,1.5,-2\n0.25,1e-3,+4",                       // no last line end
-           "t,q,u\r\n0,1.5,-2\r\n0.25,1e-3,+4\r\n",               // lines of Windows
-           "t;q;u\n0;1,5;-2\n0,25;1e-3;+4\n",                     // decimal commas
-           "t;q;u\n0;1.5;-2\n0.25;1e-3;+4\n",                     // semicolons
-           "t\tq\tu\n0\t1.5\t-2\n0.25\t1e-3\t+4\n",               // tabs
-           " t , q ,\tu \n 0 , 1.5, -2\n0.25 ,1e-3,  +4  \n",     // blanks
-           "t,q,u,\n0,1.5,-2,\n0.25,1e-3,+4,\n",                  // a separator at the end of all rows,
-           "t,q,u,\n0,1.5,-2\n0.25,1e-3,+4\n",                    // of the header,
-           "t,q,u\n0,1.5,-2,\n0.25,1e-3,+4\n",                    // of one row
-           "\"t\",\"q\",\"u\"\n\"0\",\"1.5\",-2\n0.25,1e-3,+4\n"  // quotes
-       }) {
-    INFO(text);
-    const DataTable table = parse(text);
-    CHECK(table.names == plain.names);
-    CHECK(table.columns == plain.columns);
-    CHECK(table.lines == plain.lines);
-  }
-}
-
-TEST_CASE("Comments and empty lines count as lines of the file but are no rows", "[diagnose]") {
-  const DataTable table = parse("# measured, on Monday\n\nt,q\n0,1\n  # a pause\n\n1,2\n");
-  CHECK(table.columns == std::vector<Column>{{0, 1}, {1, 2}});
-  CHECK(table.lines == std::vector<int>{4, 7});
-}
-
-TEST_CASE("A quoted name may hold the separator, a cell that is no number is NaN", "[diagnose]") {
-  const DataTable table = parse("\"angle, left\",\"u\"\n1,on\n,2\n");
-  CHECK(table.names == Names{"angle, left", "u"});
-  CHECK(table.columns[0][0] == 1.0);
-  CHECK(std::isnan(table.columns[0][1]));
-  CHECK(std::isnan(table.columns[1][0]));
-  CHECK(table.columns[1][1] == 2.0);
-}
-
-TEST_CASE("A first row of numbers is data, and its columns have numbers for names", "[diagnose]") {
-  const DataTable table = parse("# run\n0,1\n2,3\n");
-  CHECK(table.names == Names{"1", "2"});
-  CHECK(table.columns == std::vector<Column>{{0, 2}, {1, 3}});
-  CHECK(table.lines == std::vector<int>{2, 3});
-  CHECK(parse("0;1,5;\n").columns == std::vector<Column>{{0}, {1.5}});
-  CHECK(parse("1,2\n0,5\n").columns == std::vector<Column>{{0}, {5}});  // a header of numbers
-}
-
-TEST_CASE("Names of columns are UTF-8, also where the file is Latin-1", "[diagnose]") {
-  CHECK(parse("t,angle [\xb0]\n0,1\n").names == Names{"t", "angle [\xc2\xb0]"});
-  CHECK(parse("t,angle [\xc2\xb0]\n0,1\n").names == Names{"t", "angle [\xc2\xb0]"});
-  CHECK(parse_error("\xfc,\xfc\n0,1\n") == "run.csv:1: two columns are named '\xc3\xbc'");
-}
 
 TEST_CASE("A signal may be given by the number of its column, unless a column is named so", "[diagnose]") {
   Signals signals = example_signals();
@@ -170,42 +61,6 @@ TEST_CASE("A signal may be given by the number of its column, unless a column is
     signals.position[0].column = wrong;
     CHECK_THROWS_AS(read_text(example_csv(20), signals), DataError);
   }
-}
-
-TEST_CASE("Of a long table pieces are kept, evenly spread, and the rest is counted", "[diagnose]") {
-  for (const std::size_t rows :
-       {std::size_t{1}, std::size_t{63}, std::size_t{64}, std::size_t{65}, std::size_t{1000}, std::size_t{4097}}) {
-    for (const std::size_t pieces : {std::size_t{4}, std::size_t{8}}) {
-      CAPTURE(rows, pieces);
-      const std::size_t most = 64, length = most / pieces;
-      const DataTable table = parse_data_csv(example_csv(static_cast<int>(rows)), "run.csv",
-                                             {.columns = {"t", "u"}, .numbers = 2 * most, .pieces = pieces});
-      const std::vector<std::size_t>& kept = table.rows;
-      REQUIRE(!kept.empty());
-      CHECK(kept.size() + table.left_out == rows);
-      CHECK(kept.size() <= most);
-      CHECK(kept.size() >= std::min(rows, most / 2 - length));
-      CHECK(table.columns[1].empty());
-      const std::size_t every = rows <= most ? 1 : kept[length] / length;  // begins a piece
-      for (std::size_t i = 0; i < kept.size(); ++i) {
-        REQUIRE(kept[i] == i / length * every * length + i % length);
-        REQUIRE(table.columns[0][i] == Approx(0.1 * static_cast<double>(kept[i])));
-        REQUIRE(table.columns[2][i] == -static_cast<double>(kept[i]));
-        REQUIRE(table.lines[i] == static_cast<int>(kept[i]) + 2);
-      }
-      CHECK(rows - kept.back() <= every * length);  // up to its end
-    }
-  }
-}
-
-TEST_CASE("What lies outside of from and to is none of a long table, and stamps of a rate stay right", "[diagnose]") {
-  const auto counts = [](std::size_t row, double t) { return row >= 500 && t < 80.0; };
-  const DataTable table = parse_data_csv(example_csv(1000), "run.csv",
-                                         {.columns = {"t", "q"}, .counts = counts, .numbers = 2 * 400, .pieces = 8});
-  CHECK(table.rows.size() == 300);
-  CHECK(table.left_out == 0);
-  CHECK(table.rows.front() == 500);
-  CHECK(table.rows.back() == 799);
 }
 
 TEST_CASE("A recording of millions of rows is read in the memory of its pieces", "[diagnose][slow]") {
@@ -237,16 +92,6 @@ TEST_CASE("A recording of millions of rows is read in the memory of its pieces",
     CHECK(measured.input(static_cast<Eigen::Index>(i), 0) == row);
     CHECK(measured.position(static_cast<Eigen::Index>(i), 0) == std::fmod(row, 1000.0));
   }
-}
-
-TEST_CASE("A table that cannot be read is refused at its line", "[diagnose]") {
-  CHECK(parse_error("") == "run.csv: the file is empty");
-  CHECK(parse_error("\xEF\xBB\xBF\n# only a comment\n") == "run.csv: the file is empty");
-  CHECK(parse_error("t,q\n# no data\n") == "run.csv: the file has a header and no rows");
-  CHECK(parse_error("t,q\n0,1\n0\n") == "run.csv:3: the row has 1 cells, the header 2");
-  CHECK(parse_error("t,q\n0,1\n\n1,2,3\n") == "run.csv:4: the row has 3 cells, the header 2");
-  CHECK(parse_error("t,q\n0,1,,\n") == "run.csv:2: the row has 4 cells, the header 2");
-  CHECK_THAT(parse_error("t,q,t\n0,1,2\n"), Catch::StartsWith("run.csv:1: two columns are named 't'"));
 }
 
 TEST_CASE("A recording has its signals in SI units, with time from its first sample", "[diagnose]") {
@@ -380,106 +225,6 @@ TEST_CASE("Any bytes are either a recording or refused in one line", "[diagnose]
   CHECK(taken > 20);
 }
 
-TEST_CASE("Vectors of MATLAB files of every version are columns", "[diagnose]") {
-  const Folder folder;
-  for (const mat_ft version : {MAT_FT_MAT4, MAT_FT_MAT5, MAT_FT_MAT73}) {
-    const RecordingFile path = file_at(folder.path() / ("run" + std::to_string(version) + ".mat"));
-    Column t, q, u;
-    for (int k = 0; k < 10; ++k) {
-      t.push_back(0.1 * k);
-      q.push_back(k);
-      u.push_back(-k);
-    }
-    {
-      const Matlab file(Mat_CreateVer(path.file.c_str(), nullptr, version), &Mat_Close);
-      if (file == nullptr) continue;  // matio was built without it
-      write_variable(file, row_of("t", t));
-      write_variable(file, row_of("u", u));
-      std::size_t dimensions[2] = {10, 1};
-      write_variable(file, Mat_VarCreate("q", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dimensions, q.data(), 0));
-    }
-    INFO(version);
-    const Measured found = read_recording(path, example_signals());
-    REQUIRE(found.samples() == 10);
-    for (int k = 0; k < 10; ++k) {
-      CHECK(found.time[static_cast<std::size_t>(k)] == 0.1 * k);
-      CHECK(found.position(k, 0) == k);
-      CHECK(found.input(k, 0) == -k);
-    }
-  }
-}
-
-TEST_CASE("Fields of a struct and columns of a matrix in a MATLAB file have names", "[diagnose]") {
-  const Folder folder;
-  const std::filesystem::path path = folder.path() / "run.mat";
-  Column q{1, 2, 3, 4}, both{1, 2, 3, 4, 5, 6};
-  std::vector<float> single{0.5F, 1.5F, 2.5F, 3.5F};
-  std::vector<std::int16_t> counts{-7, 8, 9, 10};
-  {
-    const Matlab file(Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5), &Mat_Close);
-    const char* fields[2] = {"q", "v"};
-    std::size_t scalar[2] = {1, 1}, row[2] = {1, 4}, matrix[2] = {3, 2};
-    matvar_t* s = Mat_VarCreateStruct("s", 2, scalar, fields, 2);
-    Mat_VarSetStructFieldByName(s, "q", 0, row_of("q", q));
-    Mat_VarSetStructFieldByName(s, "v", 0, Mat_VarCreate("v", MAT_C_SINGLE, MAT_T_SINGLE, 2, row, single.data(), 0));
-    write_variable(file, s);
-    write_variable(file, Mat_VarCreate("m", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, matrix, both.data(), 0));
-    write_variable(file, Mat_VarCreate("n", MAT_C_INT16, MAT_T_INT16, 2, row, counts.data(), 0));
-  }
-  const DataTable table = read_mat(path);
-  CHECK(table.names == Names{"s.q", "s.v", "m(1)", "m(2)", "n"});
-  CHECK(table.columns == std::vector<Column>{{1, 2, 3, 4}, {0.5, 1.5, 2.5, 3.5}, {1, 2, 3}, {4, 5, 6}, {-7, 8, 9, 10}});
-
-  Signals signals = example_signals();
-  signals.position[0].column = "s.p";
-  CHECK_THAT(error_of<DataError>([&] { read_recording(file_at(path), signals); }), Catch::Contains("'s.q'"));
-  signals.position[0].column = "s.q";
-  signals.input[0].column = "m(1)";
-  signals.time.column.reset();
-  signals.time.rate = 10.0;
-  CHECK_THAT(error_of<DataError>([&] { read_recording(file_at(path), signals); }),
-             Catch::Contains("the signals differ in length"));
-}
-
-TEST_CASE("Whole numbers of every size in a MATLAB file are numbers", "[diagnose]") {
-  const Folder folder;
-  const std::filesystem::path path = folder.path() / "run.mat";
-  std::vector<std::uint8_t> bytes{1, 2, 255};
-  std::vector<std::uint32_t> words{1, 2, 4'000'000'000};
-  {
-    const Matlab file(Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5), &Mat_Close);
-    std::size_t row[2] = {1, 3};
-    write_variable(file, Mat_VarCreate("b", MAT_C_UINT8, MAT_T_UINT8, 2, row, bytes.data(), 0));
-    write_variable(file, Mat_VarCreate("w", MAT_C_UINT32, MAT_T_UINT32, 2, row, words.data(), 0));
-  }
-  CHECK(read_mat(path).columns == std::vector<Column>{{1, 2, 255}, {1, 2, 4e9}});
-}
-
-// Hidden for now: these end the program. Run them with the name or the tag [memory].
-
-TEST_CASE("A sparse matrix or an empty struct in a MATLAB file is no column", "[diagnose]") {
-  const Folder folder;
-  const std::filesystem::path path = folder.path() / "run.mat";
-  Column q{1, 2, 3};
-  double values[2] = {1, 2};
-  mat_uint32_t rows[2] = {0, 1}, starts[3] = {0, 1, 2};
-  mat_sparse_t sparse{};
-  sparse.nzmax = sparse.nir = sparse.ndata = 2;
-  sparse.njc = 3;
-  sparse.ir = rows;
-  sparse.jc = starts;
-  sparse.data = values;
-  {
-    const Matlab file(Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5), &Mat_Close);
-    const char* fields[1] = {"a"};
-    std::size_t none[2] = {0, 0}, size[2] = {1000, 2};
-    write_variable(file, Mat_VarCreateStruct("empty", 2, none, fields, 1));
-    write_variable(file, Mat_VarCreate("sparse", MAT_C_SPARSE, MAT_T_DOUBLE, 2, size, &sparse, MAT_F_DONT_COPY_DATA));
-    write_variable(file, row_of("q", q));
-  }
-  CHECK(read_mat(path).names == Names{"q"});
-}
-
 TEST_CASE("The signals of a simulation must be as long as its time", "[diagnose]") {
   const Folder folder;
   RecordingFile file = file_at(folder.path() / "run.csv");
@@ -494,13 +239,6 @@ TEST_CASE("The signals of a simulation must be as long as its time", "[diagnose]
   }
   const Measured measured = read_recording(file, example_signals());
   CHECK_THROWS_AS(read_simulation(file, example_signals(), measured), DataError);
-}
-
-TEST_CASE("A file that is no MATLAB file is refused", "[diagnose]") {
-  const Folder folder;
-  const std::filesystem::path path = folder.path() / "run.mat";
-  write_file(path, example_csv(10));
-  CHECK_THAT(error_of<DataError>([&] { read_mat(path); }), Catch::Contains("run.mat: "));
 }
 
 TEST_CASE("A simulation is interpolated at the recording's times", "[diagnose]") {
