@@ -141,7 +141,7 @@ TEST_CASE("Ctrl-C ends a diagnosis at once, with exit 130 and a word on how to g
 }
 
 TEST_CASE("A trial goes on where Ctrl-C ended it: what was diagnosed is kept, the figures are those of one run",
-          "[apps][trial][slow][long]") {
+          "[apps][trial][slow]") {
   const Folder folder;
   const fs::path spec = folder.path() / "trial.yaml", out = folder.path() / "out";
   write_file(spec, "per_effect: 0\npairs: 0\ntriples: 0\noutside: 0\nnothing: 4\npysindy_cases: false\nseed: 3\n");

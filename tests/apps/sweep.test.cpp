@@ -132,7 +132,7 @@ TEST_CASE("What a user mistypes in a sweep is told", "[apps][sweep]") {
 }
 
 TEST_CASE("A sweep that is killed a hundred times at any moment ends with the table of an undisturbed one",
-          "[apps][sweep][slow][long]") {
+          "[apps][sweep][slow]") {
   using namespace std::chrono;
   const Folder folder;
   const fs::path spec = sweep_spec(folder.path(), "{grid: {controllers.P1.gain: [1, 2, 3]}, repeat: 100}");

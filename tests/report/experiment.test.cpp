@@ -92,7 +92,7 @@ TEST_CASE("A page asks for nothing: no address but those of licences and of the 
   }
 }
 
-TEST_CASE("Long trajectories are thinned out, but not what was learned when", "[report][slow][long]") {
+TEST_CASE("Long trajectories are thinned out, but not what was learned when", "[report][slow]") {
   const Folder folder;
   const auto data = data_of(report({results(folder, {"duration=200", "learner.drift_threshold=1e-9"})}));
   const auto& run = data["studies"][0]["runs"][2];

@@ -37,7 +37,7 @@ TEST_CASE("Whatever the grammar draws is a torque, its memory stays bounded, and
 }
 
 TEST_CASE("What the grammar draws is out of the catalogue's reach, and the same whenever it is drawn",
-          "[trial][slow][long]") {
+          "[trial][slow]") {
   const TrialSpec spec{.seed = 8, .lowest_noise = 3e-4, .highest_noise = 1e-3};
   const trial::Order order{"grammar_0", "grammar", {}, 0};
   const trial::Case one = trial::make_case(spec, order), same = trial::make_case(spec, order);

@@ -33,7 +33,7 @@ TEST_CASE("An effect that another undoes has no size beside it", "[trial]") {
         Approx(10.0 * trial::size_beside_others(loose, 0, still, 1, 1e-2)));
 }
 
-TEST_CASE("Four to six effects in one joint, four to eight in an arm, are found", "[trial][slow][long]") {
+TEST_CASE("Four to six effects in one joint, four to eight in an arm, are found", "[trial][slow]") {
   int hidden = 0, right = 0, certain = 0;
   for (const int variant : {0, 5, 10, 3, 14}) {
     const trial::Case one = drawn_many(variant);

@@ -41,7 +41,7 @@ TEST_CASE("A short recording has 10 s of one joint without an input, and up to t
 }
 
 TEST_CASE("Short recordings: what is stated with 0.9 is right, and nothing is found where nothing is hidden",
-          "[trial][slow][long]") {
+          "[trial][slow]") {
   int named = 0, right = 0, certain = 0, hidden = 0;
   for (int variant = 0; variant < 24; ++variant) {
     const trial::Case one = drawn(variant);

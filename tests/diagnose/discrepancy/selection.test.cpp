@@ -48,7 +48,7 @@ Errors on_fresh(const Machine& machine, double strength) {
 }  // namespace
 
 TEST_CASE("A torque that depends on two causes together is modelled well enough for a fresh recording",
-          "[diagnose][decline][slow][long]") {
+          "[diagnose][decline][slow]") {
   using enum Cause;
   const auto [torque, one, other] =
       GENERATE(table<std::string, Cause, Cause>({{"0.15*u*sin(4*q)", input, position},
@@ -67,7 +67,7 @@ TEST_CASE("A torque that depends on two causes together is modelled well enough 
 }
 
 TEST_CASE("A law of few numbers holds where the machine is driven harder than in any recording it was learnt from",
-          "[diagnose][decline][slow][long]") {
+          "[diagnose][decline][slow]") {
   constexpr double kStrength = 1.3;
   SECTION("input") {
     const Errors errors = on_fresh(Machine(with_torque("-0.3*(u > 0 ? u : 0) + 0.2*sqrt(abs(u))"), {}), kStrength);

@@ -153,17 +153,17 @@ void check_stated(bool pendulum, double dry) {
 
 }  // namespace
 
-TEST_CASE("Mistakes of a spec or a recording of a pendulum are stated", "[doubt][slow][long]") {
+TEST_CASE("Mistakes of a spec or a recording of a pendulum are stated", "[doubt][slow]") {
   check_stated(true, 0.0);
 }
 
-TEST_CASE("Mistakes of a spec or a recording of a pendulum that rubs are stated", "[doubt][slow][long]") {
+TEST_CASE("Mistakes of a spec or a recording of a pendulum that rubs are stated", "[doubt][slow]") {
   check_stated(true, 0.4);
 }
 
-TEST_CASE("Mistakes of a spec or a recording of a cart are stated", "[doubt][slow][long]") { check_stated(false, 0.0); }
+TEST_CASE("Mistakes of a spec or a recording of a cart are stated", "[doubt][slow]") { check_stated(false, 0.0); }
 
-TEST_CASE("Mistakes of a spec or a recording of a cart that rubs are stated", "[doubt][slow][long]") {
+TEST_CASE("Mistakes of a spec or a recording of a cart that rubs are stated", "[doubt][slow]") {
   check_stated(false, 0.5);
 }
 
@@ -184,7 +184,7 @@ TEST_CASE("A parameter of another value is suspected beside the physics that imi
   CHECK_THAT(d.suspicions.front().sentence, Catch::Contains("mass = 0.7 instead of 1.3"));
 }
 
-TEST_CASE("Motion that has nothing to do with the input is no physics", "[doubt][slow][long]") {
+TEST_CASE("Motion that has nothing to do with the input is no physics", "[doubt][slow]") {
   const bool pendulum = GENERATE(true, false);
   const double speed = GENERATE(0.8, 2.5);
   const Diagnosis turns = diagnosed(

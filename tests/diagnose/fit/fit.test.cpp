@@ -48,7 +48,7 @@ TEST_CASE("Friction that gives before it slides is found across a gap, after whi
   CHECK(found.p_value(best) > 1e-3);
 }
 
-TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnose][fit][slow][long]") {
+TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnose][fit][slow]") {
   const double part = GENERATE(0.0, 1.0, -0.5);
   const double lag = GENERATE(0.05, 0.3);
   CAPTURE(part, lag);
@@ -65,7 +65,7 @@ TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnos
   }
 }
 
-TEST_CASE("Among finalists a larger set fits no worse than the sets that it contains", "[diagnose][fit][slow][long]") {
+TEST_CASE("Among finalists a larger set fits no worse than the sets that it contains", "[diagnose][fit][slow]") {
   const EffectForm hidden =
       GENERATE(EffectForm(CoulombFriction{0.2}), EffectForm(StribeckFriction{0.1, 0.22, 0.2}),
                EffectForm(LinearSpring{0.4}), EffectForm(InputDelay{0.03}), EffectForm(CoggingTorque{0.2, 6.0, 1.0}));
@@ -205,7 +205,7 @@ TEST_CASE("However often a recording is sampled, simulations of it err by less t
   CHECK(std::sqrt(error.squaredNorm() / static_cast<double>(error.size())) < 0.1 * kNoise);
 }
 
-TEST_CASE("A window that begins far from where the machine was is found again", "[diagnose][fit][slow][long]") {
+TEST_CASE("A window that begins far from where the machine was is found again", "[diagnose][fit][slow]") {
   const double position = GENERATE(0.0, 2.5, -4.0), velocity = GENERATE(8.0, -12.0);
   CAPTURE(position, velocity);
   const Machine machine(kPendulum, {{CoulombFriction{0.15}, 0, -1}});

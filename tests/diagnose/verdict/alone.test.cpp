@@ -56,7 +56,7 @@ std::set<std::string> names(const std::optional<Alone>& alone) {
 
 }  // namespace
 
-TEST_CASE("One stroke one way leaves open which law it is, and says so", "[diagnose][slow][long]") {
+TEST_CASE("One stroke one way leaves open which law it is, and says so", "[diagnose][slow]") {
   const Diagnosis d = diagnosed([](double t) { return t < 1.0 ? 0.2 * t * t : 0.4 * t - 0.2; });
   CHECK((d.verdict == Verdict::unknown || d.verdict == Verdict::ambiguous));
   CHECK_FALSE(has_certain(d));

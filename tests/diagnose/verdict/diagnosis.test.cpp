@@ -60,7 +60,7 @@ bool inseparable(const Diagnosis& d, const Names& a, const Names& b) {
 }  // namespace
 
 TEST_CASE("What an independent simulator has hidden is named, and the corrected model fits what was held out",
-          "[diagnose][data][slow][long]") {
+          "[diagnose][data][slow]") {
   const fs::path folder = practice_folder();
   if (!fs::exists(folder / "truth.json")) {
     WARN("skipped: the practice recordings are not there");
@@ -87,7 +87,7 @@ TEST_CASE("What an independent simulator has hidden is named, and the corrected 
   }
 }
 
-TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[diagnose][data][slow][long]") {
+TEST_CASE("The model file free-runs to the held-out figure of the diagnosis", "[diagnose][data][slow]") {
   const fs::path folder = practice_folder();
   if (!fs::exists(folder / "truth.json")) {
     WARN("skipped: the practice recordings are not there");
@@ -121,7 +121,7 @@ TEST_CASE("Equations of every effect carry plain signs", "[diagnose]") {
 }
 
 TEST_CASE("Free parameters that could hide friction do not: a real arm without its friction",
-          "[diagnose][slow][long]") {
+          "[diagnose][slow]") {
   // Fitted alone, the masses' places and inertias wander to seven times their values, where friction is not seen. In
   // three seconds that no set explains to the noise several optima lie within half of the values.
   const fs::path folder = fs::path(BAYESCTRL_SOURCE_DIR) / "configs" / "real" / "data" / "dfki_double_pendulum";

@@ -70,7 +70,7 @@ void check_friction_and_disturbance(const Diagnosis& d) {
 
 }  // namespace
 
-TEST_CASE("Ten minutes of a machine are diagnosed in the memory of excerpts", "[diagnose][slow][long]") {
+TEST_CASE("Ten minutes of a machine are diagnosed in the memory of excerpts", "[diagnose][slow]") {
   const Diagnosis d = diagnosed(recorded(600.0, 1e9, 0.0));
   CHECK(d.verdict == Verdict::named);
   check_friction_and_disturbance(d);
@@ -82,7 +82,7 @@ TEST_CASE("Ten minutes of a machine are diagnosed in the memory of excerpts", "[
 }
 
 TEST_CASE("A first stamp of 0 before those of a clock of the world is a gap, not two thousand million seconds",
-          "[diagnose][slow][long]") {
+          "[diagnose][slow]") {
   std::string csv = "t,q,u\n0,0.3,0\n";
   std::istringstream rows(recorded(24.0, 1e9, 0.0));
   std::string line;
@@ -98,7 +98,7 @@ TEST_CASE("A first stamp of 0 before those of a clock of the world is a gap, not
   CHECK(d.explanation.effects[0].name == "coulomb_friction");
 }
 
-TEST_CASE("A gap of a quarter of an hour costs nothing and changes no name", "[diagnose][slow][long]") {
+TEST_CASE("A gap of a quarter of an hour costs nothing and changes no name", "[diagnose][slow]") {
   const Diagnosis d = diagnosed(recorded(924.0, 12.0, 900.0));
   CHECK(d.verdict == Verdict::named);
   check_friction_and_disturbance(d);

@@ -74,7 +74,7 @@ std::map<std::string, Estimate> found(const Diagnosis& d, int first) {
 
 }  // namespace
 
-TEST_CASE("The order of recordings and the numbering of joints change nothing that is said", "[diagnose][slow][long]") {
+TEST_CASE("The order of recordings and the numbering of joints change nothing that is said", "[diagnose][slow]") {
   const Diagnosis reference = diagnosed({1, 2, 3}, 1);
   const std::map<std::string, Estimate> expected = found(reference, 1);
   CHECK(reference.verdict == Verdict::named);

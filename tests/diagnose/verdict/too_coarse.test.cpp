@@ -50,7 +50,7 @@ std::string recorded(std::uint64_t seed, double duration) {
 }  // namespace
 
 TEST_CASE("Friction under a load that shakes faster than the machine moves is told from whole recordings",
-          "[diagnose][slow][long]") {
+          "[diagnose][slow]") {
   const io_examples::Folder folder;
   for (int i = 1; i <= 3; ++i) {
     write_file(folder.path() / ("run" + std::to_string(i) + ".csv"), recorded(static_cast<std::uint64_t>(i), 6.0));
