@@ -69,8 +69,9 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     since = now;
     lags_of = r;
     const auto run = [&](const SegmentState& x, Eigen::MatrixXd* states) {
-      return list[r].run(x.head(2 * n), data[r].time, drives[r], window.first, window.last, max_step,
-                         hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);
+      const std::vector<Drive> own = own_drives(list[r], data[r], window, x);
+      return list[r].run(x.head(2 * n), data[r].time, own.empty() ? drives[r] : own, window.first, window.last,
+                         max_step, hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);
     };
     SegmentState start = initial_guess(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
@@ -79,6 +80,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
                                 start, kSettings.fit.free_run_iterations, precision_of(start, data[r]))
                   .start;
       lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
+      if (window.opens && list[r].has_plays()) drives[r] = drives_of(list[r], data[r], plays_of(start, n));
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);
       result.window_rms.push_back(std::sqrt((measured - simulated).squaredNorm() / static_cast<double>(size * n)));

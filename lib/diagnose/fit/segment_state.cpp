@@ -10,8 +10,9 @@ namespace bayesctrl {
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
   const Eigen::Index n = path.position.cols();
-  const bool unknown = (machine.hidden_count() > 0 && window.after_gap) || (machine.has_lags() && window.opens);
-  SegmentState start = SegmentState::Zero(2 * n + (unknown ? machine.hidden_count() + n : 0));
+  const bool unknown = (machine.hidden_count() > 0 && window.after_gap) ||
+                       ((machine.has_lags() || machine.has_plays()) && window.opens);
+  SegmentState start = SegmentState::Zero(2 * n + (unknown ? machine.hidden_count() + 2 * n : 0));
   start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
   return start;
 }
@@ -20,27 +21,29 @@ void hand_down(const SegmentState& found, int joint_count, SegmentState& start) 
   const Eigen::Index n = joint_count, states = 2 * n;
   start.head(states) = found.head(states);
   if (start.size() == states || found.size() == states) return;
-  start.tail(n) = found.tail(n);
+  start.tail(2 * n) = found.tail(2 * n);
   if (start.size() == found.size()) start = found;
 }
 
 HiddenStates hidden_states_of(const SegmentState& start, const Segment& window, HiddenStates known) {
   const Eigen::Index n = known.lags.size();
   if (start.size() > 2 * n) {
-    if (window.after_gap) known.effects = start.segment(2 * n, start.size() - 3 * n);
-    known.lags = start.tail(n);
+    if (window.after_gap) known.effects = start.segment(2 * n, start.size() - 4 * n);
+    known.lags = start.tail(2 * n).head(n);
   }
   return known;
+}
+
+JointVector plays_of(const SegmentState& start, int joint_count) {
+  return start.size() > 2 * joint_count ? JointVector(start.tail(joint_count)) : JointVector{};
 }
 
 SegmentState precision_of(const SegmentState& start, const Measured& data) {
   SegmentState precision = SegmentState::Zero(start.size());
   const Eigen::Index n = data.input.cols();
   if (start.size() > 2 * n) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      precision[start.size() - n + j] =
-          1.0 / std::max(1e-12, data.input.col(j).squaredNorm() / static_cast<double>(data.samples()));
-    }
+    const Eigen::VectorXd squares = data.input.colwise().squaredNorm() / static_cast<double>(data.samples());
+    precision.tail(2 * n) = squares.cwiseMax(1e-12).cwiseInverse().replicate(2, 1);
   }
   return precision;
 }
@@ -124,20 +127,30 @@ std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& eff
   return list;
 }
 
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data) {
-  if (!data.linear_hold) return machine.drives(data.time, data.input, data.fine.get());
-  std::vector<double> time;
-  Eigen::MatrixXd input((data.input.rows() - 1) * kSettings.fit.linear_hold_pieces + 1, data.input.cols());
-  for (std::size_t k = 0; k + 1 < data.samples(); ++k) {
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const JointVector& plays,
+                             std::size_t samples) {
+  const std::size_t count = samples > 0 ? samples : data.samples();
+  std::vector<double> time(data.time.begin(), data.time.begin() + static_cast<std::ptrdiff_t>(count));
+  const auto rows = static_cast<Eigen::Index>(count);
+  if (!data.linear_hold) return machine.drives(time, data.input.topRows(rows), data.fine.get(), plays);
+  time.clear();
+  Eigen::MatrixXd input((rows - 1) * kSettings.fit.linear_hold_pieces + 1, data.input.cols());
+  for (std::size_t k = 0; k + 1 < count; ++k) {
     for (int i = 0; i < kSettings.fit.linear_hold_pieces; ++i) {
       input.row(static_cast<Eigen::Index>(time.size())) =
           input_at(data, k, (i + 0.5) / kSettings.fit.linear_hold_pieces).transpose();
       time.push_back(data.time[k] + (data.time[k + 1] - data.time[k]) * i / kSettings.fit.linear_hold_pieces);
     }
   }
-  input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(data.input.rows() - 1);
-  time.push_back(data.time.back());
-  return machine.drives(time, input);
+  input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(rows - 1);
+  time.push_back(data.time[count - 1]);
+  return machine.drives(time, input, nullptr, plays);
+}
+
+std::vector<Drive> own_drives(const Machine& machine, const Measured& data, const Segment& window,
+                              const SegmentState& start) {
+  if (!window.opens || !machine.has_plays()) return {};
+  return drives_of(machine, data, plays_of(start, machine.joints()), window.last + 1);
 }
 
 }  // namespace bayesctrl

@@ -7,8 +7,9 @@
 
 namespace bayesctrl {
 
-/// State at the first sample of a window: [q, v] and, where they are not known, the hidden states of effects and lags.
-using SegmentState = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kMaxJoints + kMaxHidden, 1>;
+/// State at the first sample of a window: [q, v] and, where any of them is not known, the hidden states of effects,
+/// lags, and plays (from the middle of their gap).
+using SegmentState = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4 * kMaxJoints + kMaxHidden, 1>;
 
 /// Step of differences by an initial state.
 inline constexpr double kSegmentStateStep = 1e-5;
@@ -24,7 +25,8 @@ struct SegmentRun {
 SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
                              const SegmentState& start, int rounds, const SegmentState& precision);
 
-/// A first guess from a known motion. Effects' states are not known after a gap, a lag nowhere before the first sample.
+/// A first guess from a known motion. Effects' states are not known after a gap, lags and plays not at a recording's
+/// first sample.
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine);
 
 /// Copies the initial state that another model has found into that of a model with so many joints, as far as both hold
@@ -34,7 +36,10 @@ void hand_down(const SegmentState& found, int joint_count, SegmentState& start);
 /// The hidden states of an initial state, where it has them; else what is known of them.
 HiddenStates hidden_states_of(const SegmentState& start, const Segment& window, HiddenStates known);
 
-/// 1 / variance a priori of its components: lags are within the range of the input, all else may be anything.
+/// Where plays stand in an initial state of a recording's first sample; none where it does not say.
+JointVector plays_of(const SegmentState& start, int joint_count);
+
+/// 1 / variance a priori of its components: lags and plays are within the range of the input, all else may be anything.
 SegmentState precision_of(const SegmentState& start, const Measured& data);
 
 /// The same as weights of the residuals of one window, which measure its noise (residual: samples x joints).
@@ -43,7 +48,13 @@ SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& re
 /// Machines of a plant with effects, one per recording.
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings);
 
-/// The input of each joint as a machine feels it during one recording.
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data);
+/// The input of each joint as a machine feels it during one recording, from plays that stand so at its beginning.
+/// `samples`: of its beginning alone; 0: all.
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const JointVector& plays = {},
+                             std::size_t samples = 0);
+
+/// Those of a recording's first window alone, whose initial state says where plays begin; none: the recording's hold.
+std::vector<Drive> own_drives(const Machine& machine, const Measured& data, const Segment& window,
+                              const SegmentState& start);
 
 }  // namespace bayesctrl

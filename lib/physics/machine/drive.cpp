@@ -1,5 +1,6 @@
 #include "physics/machine/drive.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bayesctrl {
@@ -17,7 +18,7 @@ Line decaying(double value, double tau, double h) {
   return {value * lost / x, value * rise / h};
 }
 
-Drive::Drive(const std::vector<Effect>& effects, int joint) {
+Drive::Drive(const std::vector<Effect>& effects, int joint, std::optional<double> play) : departure_(play) {
   for (const EffectLaw* law : catalogue()) {
     if (!law->roles.on_input()) continue;
     for (const Effect& effect : effects) {
@@ -32,7 +33,7 @@ Drive::Drive(const std::vector<Effect>& effects, int joint) {
 
 Eigen::VectorXd FineInput::held(const Eigen::VectorXd& values, Eigen::Index samples) const {
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(samples + 1);  // and what the last hands on
-  for (std::size_t k = 0; k < stays.size(); ++k) {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(values.size()); ++k) {
     const double value = values[static_cast<Eigen::Index>(k)];
     sums[stays[k]] += own[k] * value;
     sums[stays[k] + 1] += late[k] * value;
@@ -41,24 +42,27 @@ Eigen::VectorXd FineInput::held(const Eigen::VectorXd& values, Eigen::Index samp
 }
 
 Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-             int joint, const FineInput* fine)
-    : Drive(effects, joint) {
+             int joint, const FineInput* fine, std::optional<double> play)
+    : Drive(effects, joint, play) {
   if (fine == nullptr || effects_.empty()) {
     for (std::size_t k = 0; k < time.size(); ++k) append(time[k], input[k]);
     return;
   }
   if (delay_ > 0.0) hold(time.front(), mapped(0.0));
-  Eigen::VectorXd values = fine->input.col(joint);
+  const auto samples = static_cast<Eigen::Index>(time.size());
+  const auto rows = std::ranges::lower_bound(fine->stays, samples) - fine->stays.begin();
+  Eigen::VectorXd values = fine->input.col(joint).head(rows);
   for (double& u : values) u = mapped(u);
-  values = fine->held(values, static_cast<Eigen::Index>(time.size()));
+  values = fine->held(values, samples);
   for (std::size_t k = 0; k < time.size(); ++k) hold(time[k] + delay_, values[static_cast<Eigen::Index>(k)]);
 }
 
 double Drive::mapped(double u) {
   for (std::size_t i = 0; i < effects_.size(); ++i) {
     u = effects_[i].transform(u);
-    if (effects_[i].roles().play) u = play_[i] = effects_[i].follow(u, play_[i]);
+    if (effects_[i].roles().play) u = play_[i] = effects_[i].follow(u, departure_ ? u + *departure_ : play_[i]);
   }
+  departure_.reset();
   return u;
 }
 

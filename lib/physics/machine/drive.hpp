@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "physics/effect.hpp"
@@ -22,7 +23,7 @@ struct FineInput {
   std::vector<Eigen::Index> stays;  // of each row: the sample that holds it,
   std::vector<double> own, late;    // its weight in that one, and in the next
 
-  /// What `samples` samples hold of a value of each row.
+  /// What the first `samples` samples hold of a value of each row, as many as there are values.
   Eigen::VectorXd held(const Eigen::VectorXd& values, Eigen::Index samples) const;
 };
 
@@ -31,13 +32,14 @@ struct FineInput {
 class Drive {
  public:
   /// Of `effects` those on the input of `joint` act, in the catalogue's order. Before the first sample a delayed input
-  /// is 0; a play rests at 0; a lag has settled on the first value.
-  Drive(const std::vector<Effect>& effects, int joint);
+  /// is 0; a lag has settled on the first value; a play rests at 0, or stands so far from the middle of its gap about
+  /// the first input as `play` says.
+  Drive(const std::vector<Effect>& effects, int joint, std::optional<double> play = {});
 
-  /// A whole recording: `input` [k] is held from `time` [k] on; `fine`: of what it is the sum, if samples were left
-  /// out.
+  /// A whole recording, or its beginning: `input` [k] is held from `time` [k] on; `fine`: of what it is the sum, if
+  /// samples were left out.
   Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-        int joint, const FineInput* fine = nullptr);
+        int joint, const FineInput* fine = nullptr, std::optional<double> play = {});
 
   /// `input` is held from `time` on, which must increase.
   void append(double time, double input);
@@ -60,7 +62,8 @@ class Drive {
   void hold(double time, double mapped);
 
   std::vector<EffectForm> effects_;  // on this input, in order
-  std::vector<double> play_;         // output of each effect that is a play
+  std::vector<double> play_;         // output of each effect that is a play,
+  std::optional<double> departure_;  // and where it begins about the first input
   double delay_ = 0.0;
   double lag_ = 0.0;
   std::vector<double> time_;

@@ -24,6 +24,7 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     if (roles.contact) contacts_.push_back(slots_.size());
     added_inertia_[effect.joint] += form.added_inertia();
     tilt_[effect.joint] += form.tilt();
+    has_plays_ |= roles.play;
     bears_load_ |= roles.feels_load;
     load_drives_hidden_ |= roles.feels_load && roles.hidden_state;
     hidden_settle_ &= !roles.hidden_state || roles.settles;
@@ -37,10 +38,11 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
 }
 
 std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
-                                   const FineInput* fine) const {
+                                   const FineInput* fine, const JointVector& plays) const {
   std::vector<Drive> list;
   for (int j = 0; j < joints_; ++j) {
-    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine);
+    const std::optional<double> play = plays.size() > 0 ? std::optional(plays[j]) : std::nullopt;
+    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine, play);
   }
   return list;
 }

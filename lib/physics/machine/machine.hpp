@@ -31,9 +31,10 @@ class Machine {
   const std::vector<Effect>& effects() const { return effects_; }
   const Remainder& remainder() const { return remainder_; }
 
-  /// Drives of all joints for one recording; `input`: samples x joints.
+  /// Drives of all joints for one recording or its beginning; `input`: samples x joints. `plays`: where those of the
+  /// joints begin (Drive); none: at rest.
   std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
-                            const FineInput* fine = nullptr) const;
+                            const FineInput* fine = nullptr, const JointVector& plays = {}) const;
 
   /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
   /// and the `hidden` states at time[first]. With `states` also the true [q, v] of each sample.
@@ -56,6 +57,7 @@ class Machine {
   /// What is left of departures of the lags after `by` seconds.
   JointVector decayed(const JointVector& lags, double by) const;
   bool has_lags() const { return lag_.any(); }
+  bool has_plays() const { return has_plays_; }
 
   /// What the sensors show of a position.
   JointVector measured(const JointVector& position) const;
@@ -125,6 +127,7 @@ class Machine {
   JointSlots added_inertia_;            // per joint
   JointSlots tilt_;                     // per joint, rad
   JointSlots lag_;                      // per joint, s
+  bool has_plays_ = false;
   bool bears_load_ = false;             // an effect depends on the load of the joints,
   bool load_drives_hidden_ = false;     // one with a hidden state
   int hidden_count_ = 0;                // of all effects
