@@ -212,6 +212,7 @@ struct SearchSettings {
   double screen_error = 1e-3;
   double possible = 6.0;
   double promise_error = 0.05;
+  double pair = 0.5;
   double most = 0.01;
   double stuck = 1.5;
   double as_much = 0.3;
@@ -279,6 +280,8 @@ struct SearchSettings {
     field(
         "promise_error", self.promise_error,
         {kPositive, "", "part of what an effect explains by which its linear response may miss what takes its place"});
+    field("pair", self.pair,
+          {kPositive, "SSE of the best single one", "two effects that promise to leave less are fitted at once"});
     field("most", self.most,
           {kPositive, "SSE of the nominal", "a set that leaves less is improved about its own motion first"});
     field("stuck", self.stuck,

@@ -30,6 +30,7 @@ struct Recipe {
   double phase = 0.4;     // of the sines
   double position = 0.3;  // of all joints at first, at rest
   double departed = 0.0;  // of the outputs of lags from the first input
+  double play = 0.0;      // of plays from the middle of their gap about the first input
   std::uint64_t seed = 1;
 };
 
@@ -53,7 +54,8 @@ inline Recorded recorded(const Machine& machine, const Recipe& recipe) {
   }
   StateVector start(2 * n);
   start << JointVector::Constant(n, recipe.position), JointVector::Zero(n);
-  Eigen::MatrixXd q = machine.run(start, time, machine.drives(time, input), 0, time.size() - 1, 1e-3,
+  const std::vector<Drive> drives = machine.drives(time, input, nullptr, JointVector::Constant(n, recipe.play));
+  Eigen::MatrixXd q = machine.run(start, time, drives, 0, time.size() - 1, 1e-3,
                                   {{}, JointVector::Constant(n, recipe.departed)}, &states);
   RandomStream random(recipe.seed);
   for (double& x : q.reshaped()) x += recipe.noise * draw_normal(random);

@@ -30,8 +30,7 @@ void check_declined(int variant, const std::string& cause,
 TEST_CASE("An invention that lives in position is declined and corrected", "[trial][slow]") {
   check_declined(0, "position");
 }
-TEST_CASE("A well that three effects imitate where the machine was seen is declined and corrected",
-          "[trial][slow]") {
+TEST_CASE("A well that three effects imitate where the machine was seen is declined and corrected", "[trial][slow]") {
   check_declined(19, "position", {.seed = 86602540});
 }
 TEST_CASE("An invention that lives in velocity is declined and corrected", "[trial][slow]") {
@@ -40,9 +39,7 @@ TEST_CASE("An invention that lives in velocity is declined and corrected", "[tri
 TEST_CASE("An invention that lives in the input is declined and corrected", "[trial][slow]") {
   check_declined(5, "input");
 }
-TEST_CASE("An invention that lives in time is declined and corrected", "[trial][slow]") {
-  check_declined(6, "time");
-}
+TEST_CASE("An invention that lives in time is declined and corrected", "[trial][slow]") { check_declined(6, "time"); }
 TEST_CASE("An invention that lives in history is declined and corrected", "[trial][slow]") {
   check_declined(7, "history");
 }

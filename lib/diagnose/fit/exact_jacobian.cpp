@@ -29,15 +29,16 @@ ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Ei
     const SegmentState& start = fit.initial_states[w];
     const Eigen::MatrixXd residual = here.residual(w, start);
     const SegmentState& weight = weights_.emplace_back(weights_of(here.precision(w, start), residual));
+    const SegmentState reach = here.reach(w, start);
     // Below the samples what is known of the start itself.
     Eigen::MatrixXd by_initial_state = Eigen::MatrixXd::Zero(residual.size() + start.size(), start.size());
     Eigen::MatrixXd by_unknown = Eigen::MatrixXd::Zero(by_initial_state.rows(), values.size());
     by_initial_state.bottomRows(start.size()).diagonal() = weight.cwiseSqrt();
     for (Eigen::Index i = 0; i < start.size(); ++i) {
+      const double step = state_step(start, i, reach);
       SegmentState moved = start;
-      moved[i] += kSegmentStateStep;
-      by_initial_state.col(i).head(residual.size()) =
-          ((residual - here.residual(w, moved)) / kSegmentStateStep).reshaped();
+      moved[i] += step;
+      by_initial_state.col(i).head(residual.size()) = ((residual - here.residual(w, moved)) / step).reshaped();
     }
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       const auto slot = static_cast<std::size_t>(i);
@@ -55,14 +56,20 @@ ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Ei
 }
 
 void ExactJacobian::follow(const FitProblem& problem, Fit& next, const Eigen::VectorXd& change) const {
-  for (std::size_t w = 0; w < by_initial_state_.size(); ++w) next.initial_states[w] -= SegmentState(along_[w] * change);
+  const std::vector<Machine> list = machines(next.plant, next.effects, problem.data.size());
+  for (std::size_t w = 0; w < by_initial_state_.size(); ++w) {
+    SegmentState& start = next.initial_states[w];
+    start -= SegmentState(along_[w] * change);
+    start = within(start, reach_of(start, list[problem.response.windows()[w].recording]));
+  }
   const Runs runs(problem, next);
   for (std::size_t w = 0; w < by_initial_state_.size(); ++w) {
     Eigen::MatrixXd residual = runs.residual(w, next.initial_states[w]);
     const SegmentState& start = next.initial_states[w];
     Eigen::VectorXd left(residual.size() + start.size());
     left << residual.reshaped(), -weights_[w].cwiseSqrt().cwiseProduct(start);
-    const SegmentState better = start + SegmentState(by_initial_state_[w].solve(left).col(0));
+    const SegmentState better =
+        within(start + SegmentState(by_initial_state_[w].solve(left).col(0)), runs.reach(w, start));
     const Eigen::MatrixXd tried = runs.residual(w, better);
     if (tried.squaredNorm() + weights_[w].dot(better.cwiseAbs2()) < left.squaredNorm()) {
       next.initial_states[w] = better;

@@ -76,9 +76,10 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     SegmentState start = initial_guess(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
     try {
-      start = fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); },
-                                start, kSettings.fit.free_run_iterations, precision_of(start, data[r]))
-                  .start;
+      start =
+          fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
+                            kSettings.fit.free_run_iterations, precision_of(start, data[r]), reach_of(start, list[r]))
+              .start;
       lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
       if (window.opens && list[r].has_plays()) drives[r] = drives_of(list[r], data[r], plays_of(start, n));
       Eigen::MatrixXd states;

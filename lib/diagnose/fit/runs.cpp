@@ -51,6 +51,10 @@ SegmentState Runs::precision(std::size_t w, const SegmentState& start) const {
   return precision_of(start, problem_.data[problem_.response.windows()[w].recording]);
 }
 
+SegmentState Runs::reach(std::size_t w, const SegmentState& start) const {
+  return reach_of(start, machines_[problem_.response.windows()[w].recording]);
+}
+
 Eigen::MatrixXd Runs::residual(std::size_t w, const SegmentState& start) const {
   const Segment& window = problem_.response.windows()[w];
   return problem_.data[window.recording].position.middleRows(static_cast<Eigen::Index>(window.first),

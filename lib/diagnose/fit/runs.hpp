@@ -15,6 +15,9 @@ class Runs {
   /// 1 / variance a priori of a segment's initial state.
   SegmentState precision(std::size_t w, const SegmentState& start) const;
 
+  /// How far its components reach.
+  SegmentState reach(std::size_t w, const SegmentState& start) const;
+
   /// Measured less simulated.
   Eigen::MatrixXd residual(std::size_t w, const SegmentState& start) const;
 

@@ -10,8 +10,8 @@ namespace bayesctrl {
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
   const Eigen::Index n = path.position.cols();
-  const bool unknown = (machine.hidden_count() > 0 && window.after_gap) ||
-                       ((machine.has_lags() || machine.has_plays()) && window.opens);
+  const bool unknown =
+      (machine.hidden_count() > 0 && window.after_gap) || ((machine.has_lags() || machine.has_plays()) && window.opens);
   SegmentState start = SegmentState::Zero(2 * n + (unknown ? machine.hidden_count() + 2 * n : 0));
   start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
   return start;
@@ -48,6 +48,23 @@ SegmentState precision_of(const SegmentState& start, const Measured& data) {
   return precision;
 }
 
+SegmentState reach_of(const SegmentState& start, const Machine& machine) {
+  const Eigen::Index n = machine.joints();
+  if (!machine.has_plays() || start.size() == 2 * n) return {};
+  SegmentState reach = SegmentState::Constant(start.size(), kInfinity);
+  reach.tail(n) = machine.reach();
+  return reach;
+}
+
+SegmentState within(SegmentState start, const SegmentState& reach) {
+  return reach.size() > 0 ? SegmentState(start.cwiseMin(reach).cwiseMax(-reach)) : start;
+}
+
+double state_step(const SegmentState& start, Eigen::Index component, const SegmentState& reach) {
+  const bool ends = reach.size() > 0 && start[component] + kSegmentStateStep > reach[component];
+  return ends ? -kSegmentStateStep : kSegmentStateStep;
+}
+
 SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& residual) {
   return precision * (residual.squaredNorm() / static_cast<double>(residual.size()));
 }
@@ -58,8 +75,9 @@ namespace {
 /// promises.
 class Shot {
  public:
-  Shot(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of, const SegmentState& precision)
-      : residual_of_(residual_of), precision_(precision) {}
+  Shot(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of, const SegmentState& precision,
+       const SegmentState& reach)
+      : residual_of_(residual_of), precision_(precision), reach_(reach) {}
 
   SegmentRun at(const SegmentState& x) const { return {x, residual_of_(x)}; }
 
@@ -75,6 +93,10 @@ class Shot {
     model.hessian = jacobian_.transpose() * jacobian_;
     model.hessian.diagonal() += weight_;
     model.descent = jacobian_.transpose() * now.residual.reshaped() - weight_.cwiseProduct(now.start);
+    if (reach_.size() > 0) {
+      model.low = -reach_ - now.start;
+      model.high = reach_ - now.start;
+    }
     return model;
   }
 
@@ -86,14 +108,16 @@ class Shot {
   void differentiate(const SegmentRun& now) {
     jacobian_.resize(now.residual.size(), now.start.size());
     for (Eigen::Index i = 0; i < now.start.size(); ++i) {
+      const double step = state_step(now.start, i, reach_);
       SegmentState moved = now.start;
-      moved[i] += kSegmentStateStep;
-      jacobian_.col(i) = ((now.residual - residual_of_(moved)) / kSegmentStateStep).reshaped();
+      moved[i] += step;
+      jacobian_.col(i) = ((now.residual - residual_of_(moved)) / step).reshaped();
     }
   }
 
   const std::function<Eigen::MatrixXd(const SegmentState&)>& residual_of_;
   const SegmentState& precision_;
+  const SegmentState& reach_;
   SegmentState weight_;
   Eigen::MatrixXd jacobian_;
 };
@@ -101,9 +125,10 @@ class Shot {
 }  // namespace
 
 SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
-                             const SegmentState& start, int rounds, const SegmentState& precision) {
-  Shot shot(residual, precision);
-  SegmentRun best = shot.at(start);
+                             const SegmentState& start, int rounds, const SegmentState& precision,
+                             const SegmentState& reach) {
+  Shot shot(residual, precision, reach);
+  SegmentRun best = shot.at(within(start, reach));
   least_squares(shot, best,
                 {.max_iterations = rounds,
                  .max_trials = kSettings.fit.segment_trials,

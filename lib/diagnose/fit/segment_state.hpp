@@ -21,9 +21,14 @@ struct SegmentRun {
 };
 
 /// Levenberg-Marquardt: the initial state that makes `residual` (samples x joints) smallest, from `start`. One whose
-/// simulation diverges throws NumericalError. `precision`: 1 / variance a priori of each component, about 0.
+/// simulation diverges throws NumericalError. `precision`: 1 / variance a priori of each component, about 0; `reach`:
+/// of each component to either side of 0; none: as far as it likes.
 SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
-                             const SegmentState& start, int rounds, const SegmentState& precision);
+                             const SegmentState& start, int rounds, const SegmentState& precision,
+                             const SegmentState& reach = {});
+
+/// Along which differences by one component are made: towards 0 where it has come to the end of its reach.
+double state_step(const SegmentState& start, Eigen::Index component, const SegmentState& reach);
 
 /// A first guess from a known motion. Effects' states are not known after a gap, lags and plays not at a recording's
 /// first sample.
@@ -42,7 +47,14 @@ JointVector plays_of(const SegmentState& start, int joint_count);
 /// 1 / variance a priori of its components: lags and plays are within the range of the input, all else may be anything.
 SegmentState precision_of(const SegmentState& start, const Measured& data);
 
-/// The same as weights of the residuals of one window, which measure its noise (residual: samples x joints).
+/// Reach of its components: plays within their gaps, all else without end; none where it does not say where plays
+/// stand.
+SegmentState reach_of(const SegmentState& start, const Machine& machine);
+
+/// Its components within their reach.
+SegmentState within(SegmentState start, const SegmentState& reach);
+
+/// The precision as weights of the residuals of one window, which measure its noise (residual: samples x joints).
 SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& residual);
 
 /// Machines of a plant with effects, one per recording.

@@ -16,8 +16,9 @@ double sse_of(const FitProblem& problem, const Fit& fit, std::size_t w) {
 
 /// The initial state of one segment and its residual by free runs, where that leaves less.
 void improve(const FitProblem& problem, const Runs& runs, Fit& fit, std::size_t w, const SegmentState& from) {
-  const SegmentRun found = fit_initial_state([&](const SegmentState& start) { return runs.residual(w, start); }, from,
-                                             kSettings.fit.segment_iterations, runs.precision(w, from));
+  const SegmentRun found =
+      fit_initial_state([&](const SegmentState& start) { return runs.residual(w, start); }, from,
+                        kSettings.fit.segment_iterations, runs.precision(w, from), runs.reach(w, from));
   if (!(problem.response.project(w, found.residual).squaredNorm() < sse_of(problem, fit, w))) return;
   take(problem, fit, w, found.residual);
   fit.initial_states[w] = found.start;

@@ -65,13 +65,13 @@ Eigen::VectorXd Gap::response_of(const std::vector<Effect>& effects) const {
   return problem_.response.responses(acceleration) + problem_.response.measured(measured);
 }
 
-Additions Gap::additions(const Screen& screen, const std::vector<Effect>& others) const {
+Additions Gap::additions(const Screen& screen, const std::vector<Effect>& others, bool in_pairs) const {
   Eigen::MatrixXd beside(beside_.rows(), beside_.cols() + static_cast<Eigen::Index>(others.size()));
   beside.leftCols(beside_.cols()) = beside_;
   for (std::size_t i = 0; i < others.size(); ++i) {
     beside.col(beside_.cols() + static_cast<Eigen::Index>(i)) = response_of({others[i]});
   }
-  return screen.additions(target_, beside);
+  return screen.additions(target_, beside, in_pairs);
 }
 
 double Gap::gain(const Additions& all, const Finding& one, std::size_t others) const {
@@ -124,6 +124,21 @@ std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, c
     const Effect other = finding.effects(dictionary).front();
     if (gap->knows(other) || gain < -margin - kSettings.search.promise_error * lost) continue;
     list.push_back({fit.log_evidence + gain, gap, {other}});
+  }
+  return list;
+}
+
+std::vector<Promise> paired(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
+                            const Fit& fit, const Eigen::MatrixXd& jacobian) {
+  std::vector<Promise> list;
+  if (fit.effects.size() + 2 > std::size_t{kSettings.search.largest_set}) return list;
+  const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, std::vector<std::size_t>{});
+  const Additions all = gap->additions(screen, {}, true);
+  for (const Finding& finding : all.findings) {
+    std::vector<Effect> others = finding.effects(dictionary);
+    const double gain = gap->gain(all, finding, 0);
+    if (std::ranges::any_of(others, [&](const Effect& one) { return gap->knows(one); })) continue;
+    list.push_back({fit.log_evidence + gain, gap, std::move(others)});
   }
   return list;
 }

@@ -20,8 +20,8 @@ class Gap {
   /// Whether an effect's kind has gone, or is left, in its joint.
   bool knows(const Effect& effect) const;
 
-  /// What each effect of the catalogue explains beside what is left and `others`.
-  Additions additions(const Screen& screen, const std::vector<Effect>& others) const;
+  /// What each effect of the catalogue, or each pair, explains beside what is left and `others`.
+  Additions additions(const Screen& screen, const std::vector<Effect>& others, bool in_pairs = false) const;
 
   /// Nats that a set with one more beside `others` is expected to gain over the fit.
   double gain(const Additions& all, const Finding& one, std::size_t others) const;
@@ -60,6 +60,11 @@ struct Promise {
 std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
                               const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
                               double margin);
+
+/// Every two effects at once beside all that a fit has, most promising first: of a gain and a dead zone each undoes
+/// what the other does, and neither alone promises anything.
+std::vector<Promise> paired(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
+                            const Fit& fit, const Eigen::MatrixXd& jacobian);
 
 /// The same with the best one or two others in the place of two effects, or of one.
 std::vector<Promise> replacements(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,

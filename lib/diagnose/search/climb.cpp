@@ -73,6 +73,23 @@ class Climb {
     }
   }
 
+  /// Two effects at once, where they promise to leave far less than any one does. Whether they do.
+  bool paired() {
+    const std::vector<Promise> singles = promises_of(best_, jacobian_, {}, kInfinity);
+    double most = best_.log_evidence;
+    for (const Promise& single : singles) most = std::max(most, single.evidence);
+    const auto left = [&](double evidence) { return best_.sse - 2.0 * (evidence - best_.log_evidence); };
+    int tried = 0;
+    for (const Promise& pair : bayesctrl::paired(fits_.problem(), screen_, dictionary_, best_, jacobian_)) {
+      if (left(pair.evidence) > kSettings.search.pair * left(most) || tried == 2) break;
+      if (fits_.tried(pair.set())) continue;
+      ++tried;
+      const Fit* found = keep(pair);
+      if (found != nullptr && found->sse < kSettings.search.pair * best_.sse) return true;
+    }
+    return false;
+  }
+
   /// What the screen finds next to the set along the whole motion, as far as that is not `hopeless` nats behind.
   void screened(double hopeless) {
     const std::vector<Finding> findings = screen_.neighbours(best_.effects);
@@ -177,6 +194,10 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
     if (futile(at.best())) return;
     if (!at.goes_on()) {
       at.disentangled();
+      continue;
+    }
+    if (at.leaves_something() && at.paired()) {
+      fits.add_subsets();
       continue;
     }
     const bool most = at.explains_most();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
@@ -269,19 +270,25 @@ std::vector<Finding> Screen::all() const {
   return list;
 }
 
-Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside) const {
+Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside, bool in_pairs) const {
   const Eigen::MatrixXd basis = scaled_basis(beside);
   const Eigen::VectorXd unexplained = residual - basis * (basis.transpose() * residual);
   const Eigen::VectorXd g = columns_.transpose() * unexplained;
   const Products left{g, gram_, basis.transpose() * columns_};
-  Additions result{{}, unexplained.squaredNorm()};
-  std::vector<Finding>& list = result.findings;
-  for (int i = 0; i < static_cast<int>(dictionary_.suspects.size()); ++i) {
-    Finding finding = climb(left, {i}, {0});
-    if (finding.log_evidence > -kInfinity) list.push_back(std::move(finding));
+  std::vector<Finding> list;
+  for (int i = 0; i < static_cast<int>(dictionary_.suspects.size()); ++i) list.push_back(climb(left, {i}, {0}));
+  if (in_pairs) {
+    const std::vector<Finding> singles = std::exchange(list, {});
+    for (const Finding& a : singles) {
+      for (const Finding& b : singles) {
+        const int i = a.suspects[0], j = b.suspects[0];
+        if (i < j) list.push_back(climb(left, {i, j}, {a.atoms[0], b.atoms[0]}));
+      }
+    }
   }
+  std::erase_if(list, [](const Finding& finding) { return finding.log_evidence == -kInfinity; });
   std::sort(list.begin(), list.end(), better);
-  return result;
+  return {std::move(list), unexplained.squaredNorm()};
 }
 
 std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) const {

@@ -18,7 +18,7 @@ struct Finding {
   std::vector<Effect> effects(const Dictionary& dictionary) const;
 };
 
-/// Single effects, best first, and the squares of the residual that others leave.
+/// Effects, or pairs of them, best first, and the squares of the residual that others leave.
 struct Additions {
   std::vector<Finding> findings;
   double left = 0.0;
@@ -42,8 +42,9 @@ class Screen {
   /// the empty set; best first.
   std::vector<Finding> all() const;
 
-  /// What each suspect alone explains of a residual beside what `beside` (rows x numbers) can do.
-  Additions additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside) const;
+  /// What each suspect alone, or each pair of them, explains of a residual beside what `beside` (rows x numbers) can
+  /// do.
+  Additions additions(const Eigen::VectorXd& residual, const Eigen::MatrixXd& beside, bool in_pairs = false) const;
 
   /// Sets that differ from a given one by one effect more or by one in the place of another; best first. `effects` that
   /// are no suspects are left out.

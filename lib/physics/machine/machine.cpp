@@ -14,7 +14,8 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
       joints_(bayesctrl::joints(plant_)),
       added_inertia_(JointSlots::Zero()),
       tilt_(JointSlots::Zero()),
-      lag_(JointSlots::Zero()) {
+      lag_(JointSlots::Zero()),
+      reach_(JointSlots::Zero()) {
   for (const Effect& effect : effects_) {
     const EffectForm& form = effect.form;
     const EffectRoles& roles = form.roles();
@@ -24,7 +25,7 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     if (roles.contact) contacts_.push_back(slots_.size());
     added_inertia_[effect.joint] += form.added_inertia();
     tilt_[effect.joint] += form.tilt();
-    has_plays_ |= roles.play;
+    if (roles.play) reach_[effect.joint] = form.follow(0.0, kInfinity);
     bears_load_ |= roles.feels_load;
     load_drives_hidden_ |= roles.feels_load && roles.hidden_state;
     hidden_settle_ &= !roles.hidden_state || roles.settles;
@@ -37,8 +38,8 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
   std::sort(switch_times_.begin(), switch_times_.end());
 }
 
-std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
-                                   const FineInput* fine, const JointVector& plays) const {
+std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input, const FineInput* fine,
+                                   const JointVector& plays) const {
   std::vector<Drive> list;
   for (int j = 0; j < joints_; ++j) {
     const std::optional<double> play = plays.size() > 0 ? std::optional(plays[j]) : std::nullopt;

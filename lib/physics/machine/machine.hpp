@@ -57,7 +57,9 @@ class Machine {
   /// What is left of departures of the lags after `by` seconds.
   JointVector decayed(const JointVector& lags, double by) const;
   bool has_lags() const { return lag_.any(); }
-  bool has_plays() const { return has_plays_; }
+  bool has_plays() const { return reach_.any(); }
+  /// Of the plays to either side from the middle of their gaps, in units of the inputs.
+  JointVector reach() const { return reach_.head(joints_).matrix(); }
 
   /// What the sensors show of a position.
   JointVector measured(const JointVector& position) const;
@@ -127,7 +129,7 @@ class Machine {
   JointSlots added_inertia_;            // per joint
   JointSlots tilt_;                     // per joint, rad
   JointSlots lag_;                      // per joint, s
-  bool has_plays_ = false;
+  JointSlots reach_;                    // per joint, of a play
   bool bears_load_ = false;             // an effect depends on the load of the joints,
   bool load_drives_hidden_ = false;     // one with a hidden state
   int hidden_count_ = 0;                // of all effects

@@ -153,9 +153,7 @@ void check_stated(bool pendulum, double dry) {
 
 }  // namespace
 
-TEST_CASE("Mistakes of a spec or a recording of a pendulum are stated", "[doubt][slow]") {
-  check_stated(true, 0.0);
-}
+TEST_CASE("Mistakes of a spec or a recording of a pendulum are stated", "[doubt][slow]") { check_stated(true, 0.0); }
 
 TEST_CASE("Mistakes of a spec or a recording of a pendulum that rubs are stated", "[doubt][slow]") {
   check_stated(true, 0.4);

@@ -61,7 +61,7 @@ TEST_CASE("Where hidden states after a gap and lags at first are fitted, they fo
   const std::vector<Effect> effects{{PreslidingHysteresis{2.0, 0.6}, 0, -1}, {ActuatorLag{0.3}, 0, -1}};
   const Linearised about(kPendulum, {recorded(Machine(kPendulum, effects), {.seconds = 4.5, .gap = 2.0})}, 1e-3, 2.0);
   Fit fit = about.at_truth(effects);
-  REQUIRE(fit.initial_states[0].size() == 4);
+  REQUIRE(fit.initial_states[0].size() == 5);
   simulate(about.problem, fit, 0);
   polish(about.problem, fit);
   REQUIRE(fit.sse < 0.1);

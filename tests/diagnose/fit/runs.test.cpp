@@ -107,7 +107,7 @@ TEST_CASE("Friction's hidden state is known along a stretch, and of a segment af
   REQUIRE(windows[4].after_gap);
   const std::vector<double> not_found = largest_residuals(about, fit);
   const Runs runs(about.problem, fit);
-  REQUIRE(fit.initial_states[4].size() == 4);
+  REQUIRE(fit.initial_states[4].size() == 5);
   fit.initial_states[4] = fit_initial_state([&](const SegmentState& x) { return runs.residual(4, x); },
                                             fit.initial_states[4], 20, runs.precision(4, fit.initial_states[4]))
                               .start;
@@ -132,7 +132,7 @@ TEST_CASE("A lag's departure from a recording's first input decays through the s
       1e-3, 0.5);
   Fit fit = about.at_truth({law});
   REQUIRE(fit.initial_states.size() == 16);
-  REQUIRE(fit.initial_states[0].size() == 3);
+  REQUIRE(fit.initial_states[0].size() == 4);
   REQUIRE(fit.initial_states[1].size() == 2);
   const std::vector<double> settled = largest_residuals(about, fit);
   fit.initial_states[0][2] = departed;

@@ -25,11 +25,12 @@ Eigen::MatrixXd normal_matrix(RandomStream& random, Eigen::Index rows, Eigen::In
   return matrix;
 }
 
-/// A machine with `hidden` effects that have a state each, and perhaps a lag in joint 0.
-Machine with_states(const Plant& plant, int hidden, bool lag) {
+/// A machine with `hidden` effects that have a state each, and perhaps a lag or a play in joint 0.
+Machine with_states(const Plant& plant, int hidden, bool lag, bool play) {
   std::vector<Effect> effects;
   for (int i = 0; i < hidden; ++i) effects.push_back({PreslidingHysteresis{}, i % joints(plant), -1});
   if (lag) effects.push_back({ActuatorLag{}, 0, -1});
+  if (play) effects.push_back({Backlash{}, 0, -1});
   return {plant, effects};
 }
 
@@ -114,7 +115,7 @@ TEST_CASE("An initial state from which nothing can be simulated is refused, one 
   CHECK(fit_initial_state(beyond(1.0), SegmentState{{0.7}}, 0, SegmentState::Zero(1)).start[0] == 0.7);
 }
 
-TEST_CASE("A first guess holds hidden states after a gap and lags at a recording's first sample, and nowhere else",
+TEST_CASE("A first guess holds hidden states after a gap, lags and plays at a recording's first sample, nowhere else",
           "[diagnose][fit]") {
   const Plant plant = GENERATE(Plant(Pendulum{}), Plant(TwoLinkArm{}));
   const int n = joints(plant);
@@ -122,14 +123,14 @@ TEST_CASE("A first guess holds hidden states after a gap and lags at a recording
   path.position = Eigen::MatrixXd::Random(20, n);
   path.velocity = Eigen::MatrixXd::Random(20, n);
   for (const int hidden : {0, 1, 3}) {
-    for (const bool lag : {false, true}) {
+    for (const auto& [lag, play] : {std::pair{false, false}, {false, true}, {true, false}, {true, true}}) {
       for (const auto& [opens, after_gap] : {std::pair{false, false}, {true, false}, {true, true}}) {
-        const Machine machine = with_states(plant, hidden, lag);
+        const Machine machine = with_states(plant, hidden, lag, play);
         const Segment window{0, 7, 19, opens, after_gap};
         const SegmentState start = initial_guess(window, path, machine);
-        const bool unknown = (after_gap && hidden > 0) || (opens && lag);
-        CAPTURE(n, hidden, lag, opens, after_gap);
-        REQUIRE(start.size() == 2 * n + (unknown ? hidden + n : 0));
+        const bool unknown = (after_gap && hidden > 0) || (opens && (lag || play));
+        CAPTURE(n, hidden, lag, play, opens, after_gap);
+        REQUIRE(start.size() == 2 * n + (unknown ? hidden + 2 * n : 0));
         CHECK(start.head(n).transpose() == path.position.row(7));
         CHECK(start.segment(n, n).transpose() == path.velocity.row(7));
         CHECK(start.tail(start.size() - 2 * n).isZero(0.0));
@@ -141,7 +142,7 @@ TEST_CASE("A first guess holds hidden states after a gap and lags at a recording
 TEST_CASE("Hidden states are those of the initial state where it has them, else what is known of them",
           "[diagnose][fit]") {
   const HiddenStates known{HiddenVector{{1.0, 2.0}}, JointVector{{3.0, 4.0}}};
-  const SegmentState plain{{0.0, 0.0, 0.0, 0.0}}, full{{0.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 8.0}};
+  const SegmentState plain{{0.0, 0.0, 0.0, 0.0}}, full{{0.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0}};
   const auto of = [&](const SegmentState& start, bool after_gap) {
     const HiddenStates found = hidden_states_of(start, {0, 0, 9, true, after_gap}, known);
     Eigen::VectorXd all(4);
@@ -152,7 +153,9 @@ TEST_CASE("Hidden states are those of the initial state where it has them, else 
   CHECK(of(plain, true) == Eigen::Vector4d(1.0, 2.0, 3.0, 4.0));
   CHECK(of(full, true) == Eigen::Vector4d(5.0, 6.0, 7.0, 8.0));
   CHECK(of(full, false) ==
-        Eigen::Vector4d(1.0, 2.0, 7.0, 8.0));  // at a recording's first sample only lags are not known
+        Eigen::Vector4d(1.0, 2.0, 7.0, 8.0));  // at a recording's first sample only lags and plays are not known
+  CHECK(plays_of(plain, 2).size() == 0);
+  CHECK(plays_of(full, 2) == Eigen::Vector2d(9.0, 10.0));
 }
 
 TEST_CASE("An initial state is handed down as far as both models have the same components", "[diagnose][fit]") {
@@ -160,24 +163,24 @@ TEST_CASE("An initial state is handed down as far as both models have the same c
     hand_down(found, 1, start);
     return start;
   };
-  const SegmentState plain{{1.0, 2.0}}, lag{{3.0, 4.0, 5.0}}, hidden{{6.0, 7.0, 8.0, 9.0}};
-  CHECK(handed(plain, lag) == SegmentState{{1.0, 2.0, 5.0}});
+  const SegmentState plain{{1.0, 2.0}}, lag{{3.0, 4.0, 5.0, 5.5}}, hidden{{6.0, 7.0, 8.0, 9.0, 9.5}};
+  CHECK(handed(plain, lag) == SegmentState{{1.0, 2.0, 5.0, 5.5}});
   CHECK(handed(lag, plain) == SegmentState{{3.0, 4.0}});
-  CHECK(handed(lag, hidden) == SegmentState{{3.0, 4.0, 8.0, 5.0}});
-  CHECK(handed(hidden, lag) == SegmentState{{6.0, 7.0, 9.0}});
-  CHECK(handed(hidden, SegmentState::Zero(4)) == hidden);
+  CHECK(handed(lag, hidden) == SegmentState{{3.0, 4.0, 8.0, 5.0, 5.5}});
+  CHECK(handed(hidden, lag) == SegmentState{{6.0, 7.0, 9.0, 9.5}});
+  CHECK(handed(hidden, SegmentState::Zero(5)) == hidden);
 }
 
-TEST_CASE("Of an initial state only the lags are known a priori: within the range of their joint's input",
+TEST_CASE("Of an initial state lags and plays are known a priori: within the range of their joint's input",
           "[diagnose][fit]") {
   Measured data{"test", {0.0, 0.1, 0.2, 0.3}, {}, Eigen::MatrixXd(4, 2), 0.0, false};
   data.input << 1.0, 0.0, -3.0, 0.0, 1.0, 0.0, -3.0, 0.0;
   CHECK(precision_of(SegmentState::Zero(4), data).isZero(0.0));
-  const SegmentState full = precision_of(SegmentState::Zero(7), data);
-  REQUIRE(full.size() == 7);
+  const SegmentState full = precision_of(SegmentState::Zero(9), data);
+  REQUIRE(full.size() == 9);
   CHECK(full.head(5).isZero(0.0));
-  CHECK(full[5] == Approx(4.0 / 20.0));
-  CHECK(full[6] == 1e12);  // an input that is always 0 leaves a lag nothing to be off by
+  for (const int i : {5, 7}) CHECK(full[i] == Approx(4.0 / 20.0));
+  for (const int i : {6, 8}) CHECK(full[i] == 1e12);  // an input that is always 0 leaves nothing to be off by
 }
 
 TEST_CASE("Each recording's machine has the effects that act in it", "[diagnose][fit]") {

@@ -120,8 +120,7 @@ TEST_CASE("Equations of every effect carry plain signs", "[diagnose]") {
   CHECK(equation({{SensorOffset{-0.02}, 0, -1}, {CoulombFriction{0.5}, 0, -1}}, 1).find("; ") != std::string::npos);
 }
 
-TEST_CASE("Free parameters that could hide friction do not: a real arm without its friction",
-          "[diagnose][slow]") {
+TEST_CASE("Free parameters that could hide friction do not: a real arm without its friction", "[diagnose][slow]") {
   // Fitted alone, the masses' places and inertias wander to seven times their values, where friction is not seen. In
   // three seconds that no set explains to the noise several optima lie within half of the values.
   const fs::path folder = fs::path(BAYESCTRL_SOURCE_DIR) / "configs" / "real" / "data" / "dfki_double_pendulum";
