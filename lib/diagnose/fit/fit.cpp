@@ -221,7 +221,10 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
 }
 
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
-  Fit current = begin(problem, std::move(effects), starts);
+  return completed(problem, begin(problem, std::move(effects), starts));
+}
+
+Fit completed(const FitProblem& problem, Fit current) {
   recover(problem, current);
 
   // Jacobian of the linear response, then, with the worst initial states polished, of the machine itself.
@@ -249,8 +252,7 @@ Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vecto
   return current;
 }
 
-Fit glance(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
-  Fit current = begin(problem, std::move(effects), starts);
+Fit glance(const FitProblem& problem, Fit current) {
   current.glanced = true;
   weigh(problem, current, descend(problem, current, false, 1));
   return current;

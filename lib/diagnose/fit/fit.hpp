@@ -66,8 +66,11 @@ double adequate_step(const FitProblem& problem);
 /// of the windows as another fit has found them. Throws NumericalError when not even the start can be simulated.
 Fit fit(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts = {});
 
+/// The same of a set that has begun.
+Fit completed(const FitProblem& problem, Fit begun);
+
 /// The same after one step of the linear response: whether a set is worth a fit. Throws NumericalError.
-Fit glance(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
+Fit glance(const FitProblem& problem, Fit begun);
 
 /// Initial states and residual of a fit whose parameters are given. Throws NumericalError.
 Fit started(const FitProblem& problem, Fit fit);

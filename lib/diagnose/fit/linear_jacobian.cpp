@@ -9,10 +9,10 @@ namespace bayesctrl {
 
 namespace {
 
-/// What the unknowns do to accelerations and measured positions, per unit: one column for each, rows as the response
-/// takes them.
+/// What unknowns do to accelerations and measured positions, per unit: one column for each, rows as the response takes
+/// them.
 struct Influence {
-  std::vector<Eigen::MatrixXd> acceleration, measured;  // per recording
+  std::vector<Eigen::MatrixXd> acceleration, measured;  // per recording; the latter of sensors alone, else empty
   Eigen::VectorXd rms;                                  // of accelerations
 };
 
@@ -20,16 +20,17 @@ bool on_sensor(const Fit& fit, const Unknown& unknown) {
   return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
 }
 
-Influence influence(const FitProblem& problem, const Fit& fit) {
-  const auto count = static_cast<Eigen::Index>(fit.unknowns.size());
+Influence influence(const FitProblem& problem, const Fit& fit, const std::vector<const Unknown*>& unknowns) {
+  const auto count = static_cast<Eigen::Index>(unknowns.size());
+  const bool sensed = std::ranges::any_of(unknowns, [&](const Unknown* u) { return on_sensor(fit, *u); });
   Influence result{{}, {}, Eigen::VectorXd::Zero(count)};
   double samples = 0.0;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
     const Eigen::Index size = problem.data[r].position.size();
     Eigen::MatrixXd& acceleration = result.acceleration.emplace_back(size, count);
-    Eigen::MatrixXd& measured = result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
+    if (sensed) result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
     for (Eigen::Index i = 0; i < count; ++i) {
-      const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
+      const Unknown& unknown = *unknowns[static_cast<std::size_t>(i)];
       const double up = unknown.above(), down = unknown.below();
       Eigen::MatrixXd a;
       if (unknown.effect < 0) {
@@ -42,8 +43,10 @@ Influence influence(const FitProblem& problem, const Fit& fit) {
         set_parameter(higher.form, unknown.name, up);
         set_parameter(lower.form, unknown.name, down);
         a = problem.forcing.acceleration(higher, r, fit.effects) - problem.forcing.acceleration(lower, r, fit.effects);
-        const Eigen::MatrixXd m = problem.forcing.measured(higher, r) - problem.forcing.measured(lower, r);
-        measured.col(i) = m.transpose().reshaped() / (up - down);
+        if (on_sensor(fit, unknown)) {
+          const Eigen::MatrixXd m = problem.forcing.measured(higher, r) - problem.forcing.measured(lower, r);
+          result.measured[r].col(i) = m.transpose().reshaped() / (up - down);
+        }
       }
       acceleration.col(i) = a.transpose().reshaped() / (up - down);
       result.rms[i] += acceleration.col(i).squaredNorm();
@@ -58,23 +61,28 @@ Influence influence(const FitProblem& problem, const Fit& fit) {
 
 Eigen::MatrixXd linear_jacobian(const FitProblem& problem, const Fit& fit) {
   if (fit.unknowns.empty()) return Eigen::MatrixXd(problem.response.rows(), 0);
-  const Influence effect = influence(problem, fit);
+  std::vector<const Unknown*> all;
+  for (const Unknown& unknown : fit.unknowns) all.push_back(&unknown);
+  const Influence effect = influence(problem, fit, all);
   Eigen::MatrixXd jacobian = problem.response.responses(effect.acceleration);
-  if (std::any_of(fit.unknowns.begin(), fit.unknowns.end(), [&](const Unknown& u) { return on_sensor(fit, u); })) {
-    jacobian += problem.response.measured(effect.measured);
-  }
+  if (!effect.measured.empty()) jacobian += problem.response.measured(effect.measured);
   return jacobian;
 }
 
 void complete_priors(const FitProblem& problem, Fit& fit) {
   renew_priors(fit.unknowns, fit.effects);
-  const auto is_open = [](const Unknown& unknown) { return unknown.prior_deviation <= 0.0; };
-  if (std::none_of(fit.unknowns.begin(), fit.unknowns.end(), is_open)) return;
+  std::vector<const Unknown*> open;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
+    if (fit.unknowns[i].prior_deviation > 0.0) continue;
+    open.push_back(&fit.unknowns[i]);
+    places.push_back(i);
+  }
+  if (open.empty()) return;
   const double nominal = problem.forcing.nominal_acceleration();
-  const Eigen::VectorXd rms = influence(problem, fit).rms;
+  const Eigen::VectorXd rms = influence(problem, fit, open).rms;
   for (Eigen::Index i = 0; i < rms.size(); ++i) {
-    Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    if (!is_open(unknown)) continue;
+    Unknown& unknown = fit.unknowns[places[static_cast<std::size_t>(i)]];
     unknown.least_deviation = on_sensor(fit, unknown)
                                   ? kSettings.motion.prior_share
                                   : kSettings.motion.prior_share * nominal / std::max(rms[i], 1e-12 * nominal);

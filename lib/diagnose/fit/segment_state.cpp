@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/least_squares.hpp"
 
@@ -127,16 +128,29 @@ class Shot {
 SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
                              const SegmentState& start, int rounds, const SegmentState& precision,
                              const SegmentState& reach) {
-  Shot shot(residual, precision, reach);
-  SegmentRun best = shot.at(within(start, reach));
-  least_squares(shot, best,
-                {.max_iterations = rounds,
-                 .max_trials = kSettings.fit.segment_trials,
-                 .damping = kSettings.fit.segment_damping,
-                 .growth = kSettings.fit.segment_growth,
-                 .rejected = 0.0,
-                 .least_relative_gain = kSettings.fit.segment_gain,
-                 .least_promise = kSettings.fit.segment_gain});
+  const auto from = [&](const SegmentState& there) {
+    Shot shot(residual, precision, reach);
+    SegmentRun best = shot.at(there);
+    least_squares(shot, best,
+                  {.max_iterations = rounds,
+                   .max_trials = kSettings.fit.segment_trials,
+                   .damping = kSettings.fit.segment_damping,
+                   .growth = kSettings.fit.segment_growth,
+                   .rejected = 0.0,
+                   .least_relative_gain = kSettings.fit.segment_gain,
+                   .least_promise = kSettings.fit.segment_gain});
+    return best;
+  };
+  SegmentRun best = from(within(start, reach));
+  for (const double end : {-1.0, 1.0}) {  // what has ends is not smooth in between, and often stands at one of them
+    if (reach.size() == 0) break;
+    const SegmentState there = reach.array().isFinite().select(end * reach, start);
+    try {
+      SegmentRun other = from(there);
+      if (other.residual.squaredNorm() < best.residual.squaredNorm()) best = std::move(other);
+    } catch (const NumericalError&) {  // diverges from there
+    }
+  }
   return best;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <ranges>
 
 #include "base/error.hpp"
 #include "diagnose/search/climb.hpp"
@@ -168,11 +169,15 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
   fits.add_simpler();
 }
 
-/// Fits what the screen proposes and what lies next to the best of it, until it is `futile`.
+/// Fits what the screen proposes and what lies next to the best of it, until it is `futile`. Where one of the sets that
+/// are known already leaves only noise, the screen has nothing to propose.
 void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
             const ExplainOptions& options, const std::function<bool(const Fit&)>& futile) {
   const std::vector<Finding> findings = screen.all();
-  fit_findings(fits, findings, dictionary, options);
+  const Fit& known = *fits.ranked().front();
+  if (known.effects.empty() || result.p_value(known) < kSettings.search.relinearise) {
+    fit_findings(fits, findings, dictionary, options);
+  }
   fits.add_subsets();
   climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
@@ -204,6 +209,14 @@ Projected free_projected_out(const Linearisation& about, const Plant& plant, con
   result.columns -= (q * (q.transpose() * result.columns)).eval();
   result.target -= (q * (q.transpose() * result.target)).eval();
   return result;
+}
+
+std::vector<std::vector<Effect>> best_sets(const Explanation& explanation) {
+  std::vector<std::vector<Effect>> list;
+  for (const Candidate& candidate : explanation.candidates | std::views::take(int{kSettings.search.kept_sets})) {
+    list.push_back(candidate.fit.effects);
+  }
+  return list;
 }
 
 FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,
@@ -241,8 +254,8 @@ namespace {
 void explore(Explanation& result, const std::vector<Measured>& data, std::vector<Trajectory> paths,
              const ExplainOptions& options) {
   const Plant nominal = result.start;
-  std::vector<std::vector<Effect>> kept;  // the best sets of the round before,
-  double reached = -kInfinity;            // and the evidence of the best
+  std::vector<std::vector<Effect>> kept = options.known;  // the best sets of the round before,
+  double reached = -kInfinity;                            // and the evidence of the best
   std::shared_ptr<Linearisation> about = linearise(nominal, data, result.noise, std::move(paths), options);
   result.measured = about;
   result.penalty = about->dictionary.penalty();
@@ -265,7 +278,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     const Projected projected = free_projected_out(*about, nominal, data, options.free);
     const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = result.penalty});
     search(fits, screen, about->dictionary, result, options, too_coarse);
-    if (result.too_coarse) return;
+    if (result.too_coarse) return rank(result, fits);
     fits.refine();
     rank(result, fits);
     result.linearisation = about;
@@ -275,7 +288,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
       if (leaves_little(*fits.ranked().front())) {  // it was there, but the way to it was not
         fits.add_subsets();
         climb(fits, screen, about->dictionary, result, options, kSettings.search.hopeless, too_coarse);
-        if (result.too_coarse) return;
+        if (result.too_coarse) return rank(result, fits);
       }
       fits.refine();
       rank(result, fits);
@@ -286,10 +299,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     const bool settled = round > 0 && best.log_evidence < reached + gain;
     if (settled || result.p_value(best) > kSettings.search.relinearise || round + 1 == kSettings.search.rounds) break;
     reached = best.log_evidence;
-    kept.clear();
-    for (std::size_t i = 0; i < std::min(std::size_t{kSettings.search.kept_sets}, result.candidates.size()); ++i) {
-      kept.push_back(result.candidates[i].fit.effects);
-    }
+    kept = best_sets(result);
     about = linearise(nominal, data, result.noise, simulated(fits.problem(), best, about->paths), options);
   }
 }

@@ -40,7 +40,7 @@ struct Explanation {
   double penalty = 0.0;     // nats per effect, of the prior
   double rows = 0.0;        // of the residuals
   double fast_rows = 0.0;   // from which the noise is known
-  bool too_coarse = false;  // too many samples were left out: the search ended there, with no candidates
+  bool too_coarse = false;  // too many samples were left out: the search ended there
 
   /// Over all joints, RMS.
   double noise_rms() const { return noise.norm() / std::sqrt(static_cast<double>(noise.size())); }
@@ -69,6 +69,7 @@ struct ExplainOptions {
   int neighbours = kSettings.search.neighbours;         // sets next to the best one that are fitted in each round
   double effort = 1.0;                                  // times as many of both, of subsets and of finalists
   const std::vector<Measured>* whole = nullptr;         // the same recordings before samples were left out, if any were
+  std::vector<std::vector<Effect>> known{};             // sets that another search has found: this one begins with them
 
   /// Whether a set consists of effects that the user's catalogue holds.
   bool allow(const std::vector<Effect>& effects) const {
@@ -90,6 +91,9 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
 /// whole recordings than of these, these are too coarse. Throws NumericalError where the nominal cannot be
 /// simulated.
 Explanation explain(const Plant& nominal, const std::vector<Measured>& data, const ExplainOptions& options);
+
+/// Its best sets.
+std::vector<std::vector<Effect>> best_sets(const Explanation& explanation);
 
 /// What fits about one of its linearisations share.
 FitProblem problem_about(const Linearisation& about, const Explanation& explanation, const std::vector<Measured>& data,

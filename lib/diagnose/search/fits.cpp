@@ -41,17 +41,22 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   return max_step_;
 }
 
-/// Whether a set as it is leaves less with other numbers.
-bool Fits::leaves_less(const std::vector<Effect>& other, const std::vector<Effect>& effects,
-                       const std::vector<SegmentState>& starts) const {
-  const auto left = [&](const std::vector<Effect>& set) {
-    try {
-      return begin(problem(), set, starts).sse;
-    } catch (const NumericalError&) {
-      return kInfinity;
-    }
-  };
-  return left(other) < left(effects);
+/// A set, begun with other numbers where they leave less. Throws NumericalError where neither can be simulated.
+Fit Fits::begin_with(const std::vector<Effect>& effects, const std::vector<Effect>& other,
+                     const std::vector<SegmentState>& starts) const {
+  if (other.empty()) return begin(problem(), effects, starts);
+  std::optional<Fit> begun;
+  try {
+    begun = begin(problem(), other, starts);
+  } catch (const NumericalError&) {  // as they are it cannot be simulated
+    return begin(problem(), effects, starts);
+  }
+  try {
+    Fit given = begin(problem(), effects, starts);
+    return begun->sse < given.sse ? std::move(*begun) : std::move(given);
+  } catch (const NumericalError&) {
+    return std::move(*begun);
+  }
 }
 
 const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& other) {
@@ -67,9 +72,8 @@ const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& oth
     effects = old->second.effects;
     starts = old->second.initial_states;
   }
-  if (!other.empty() && leaves_less(other, effects, starts)) effects = other;
   try {
-    Fit found = fit(problem(), std::move(effects), starts);
+    Fit found = completed(problem(), begin_with(effects, other, starts));
     if (std::optional<Fit> again = from_motion(found)) found = std::move(*again);
     fits_.insert_or_assign(name, std::move(found));
   } catch (const NumericalError&) {
@@ -96,8 +100,9 @@ std::optional<Fit> Fits::from_motion(const Fit& known) {
   if (is_lost(known) || known.sse > near * static_cast<double>(about_->response->rows())) return {};
   try {
     const Fit along = fit_with_process_noise(problem(), beside_process_noise(known), known);
-    if (begin(problem(), along.effects, {}).sse > known.sse) return {};
-    Fit again = fit(problem(), along.effects);
+    Fit begun = begin(problem(), along.effects, {});
+    if (begun.sse > known.sse) return {};
+    Fit again = completed(problem(), std::move(begun));
     if (again.log_evidence < known.log_evidence + kSettings.search.convergence) return {};
     return again;
   } catch (const NumericalError&) {
@@ -176,9 +181,8 @@ void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   if (explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of);
     if (const std::optional<Gap> open = gap(of, effects)) moved = open->filled({});
-    const bool better = !moved.empty() && leaves_less(moved, effects, starts);
     try {
-      Fit seen = glance(problem(), better ? moved : effects, starts);
+      Fit seen = glance(problem(), begin_with(effects, moved, starts));
       if (is_lost(seen)) {
         const std::string name = key(effects);
         tried_.insert(name);
@@ -272,8 +276,9 @@ std::vector<Fit> Fits::finalists() const {
 bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar) {
   try {
     Fit& known = fits_.at(key(start));
-    if (!from_afar && begin(problem(), start, starts).sse >= known.sse) return false;
-    Fit tried = refined(problem(), fit(problem(), start, starts));
+    Fit begun = begin(problem(), start, starts);
+    if (!from_afar && begun.sse >= known.sse) return false;
+    Fit tried = refined(problem(), completed(problem(), std::move(begun)));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);
     return true;

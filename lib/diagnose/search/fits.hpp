@@ -68,8 +68,8 @@ class Fits {
   std::optional<Fit> from_motion(const Fit& known);
   const LinearResponse& beside_process_noise(const Fit& fit);
   bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar = false);
-  bool leaves_less(const std::vector<Effect>& other, const std::vector<Effect>& effects,
-                   const std::vector<SegmentState>& starts) const;
+  Fit begin_with(const std::vector<Effect>& effects, const std::vector<Effect>& other,
+                 const std::vector<SegmentState>& starts) const;
   const Fit* find(const std::string& name) const;
 
   const Plant &nominal_, &given_;

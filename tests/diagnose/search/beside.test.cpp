@@ -85,6 +85,27 @@ TEST_CASE("Of what a fit lacks the best addition is promised first, with all it 
   CHECK(kept->log_evidence == Approx(list.front().evidence).margin(0.05 * (kept->log_evidence - fit.log_evidence)));
 }
 
+TEST_CASE("Two effects that undo each other's work are found together, where neither alone promises anything",
+          "[diagnose][search]") {
+  const Effect gain{InputGain{1.15}, 0}, dead_zone{InputDeadZone{0.45}, 0};
+  Searched searched({kStiff, gain, dead_zone});
+  const Fit fit = *searched.fits.add({kStiff});
+  const auto left = [&](const Promise& promise) { return fit.sse - 2.0 * (promise.evidence - fit.log_evidence); };
+  const FitProblem problem = searched.fits.problem();
+  const Eigen::MatrixXd jacobian = searched.jacobian(fit);
+  const std::vector<Promise> pairs = paired(problem, searched.screen, searched.dictionary(), fit, jacobian);
+  REQUIRE_FALSE(pairs.empty());
+  CHECK(key(pairs.front().others) == key({gain, dead_zone}));
+  for (const Promise& single :
+       promises(problem, searched.screen, searched.dictionary(), fit, jacobian, {}, kInfinity)) {
+    CAPTURE(key(single.others), left(single), left(pairs.front()), fit.sse);
+    CHECK(left(pairs.front()) < kSettings.search.pair * left(single));
+  }
+  const Fit* found = searched.fits.add(pairs.front().set(), pairs.front().gap->filled(pairs.front().others));
+  REQUIRE(found != nullptr);
+  CHECK(leaves_little(*found));
+}
+
 TEST_CASE("What another law has stood for is found in its place", "[diagnose][search]") {
   Searched searched({{ActuatorLag{0.04}, 0}, kStiff});
   const Fit fit = *searched.fits.add({kStiff, {InputDelay{0.03}, 0}});

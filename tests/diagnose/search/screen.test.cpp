@@ -360,17 +360,20 @@ TEST_CASE("What is added beside others is what a screen finds in the target and 
     Dictionary without = dictionary;
     without.columns = left * dictionary.columns;
     const Eigen::VectorXd residual = white_rows(44) + dictionary.columns.col(2);
-    const Screen plain(without, without.columns, left * residual, {.largest = 1, .penalty = 3.0});
-    std::vector<Finding> expected = plain.all();
-    std::erase_if(expected, [](const Finding& finding) { return finding.suspects.empty(); });
-    const auto [found, squares] = screen.additions(residual, beside);
-    CHECK(squares == Approx((left * residual).squaredNorm()));
-    REQUIRE(found.size() == expected.size());
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      CHECK(found[i].suspects == expected[i].suspects);
-      CHECK(found[i].atoms == expected[i].atoms);
-      CHECK(found[i].log_evidence == Approx(expected[i].log_evidence).margin(1e-9));
-      CHECK((found[i].coefficients - expected[i].coefficients).norm() < 1e-9);
+    const Screen plain(without, without.columns, left * residual, {.largest = 2, .penalty = 3.0, .keep = 1000});
+    const std::vector<Finding> expected = plain.all();
+    for (const std::size_t size : {1, 2}) {
+      const auto [found, squares] = screen.additions(residual, beside, size == 2);
+      CHECK(squares == Approx((left * residual).squaredNorm()));
+      std::vector<Finding> same_size = expected;
+      std::erase_if(same_size, [&](const Finding& finding) { return finding.suspects.size() != size; });
+      REQUIRE(found.size() == same_size.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        CHECK(found[i].suspects == same_size[i].suspects);
+        CHECK(found[i].atoms == same_size[i].atoms);
+        CHECK(found[i].log_evidence == Approx(same_size[i].log_evidence).margin(1e-9));
+        CHECK((found[i].coefficients - same_size[i].coefficients).norm() < 1e-9);
+      }
     }
   }
 }
