@@ -56,20 +56,15 @@ ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Ei
 }
 
 void ExactJacobian::follow(const FitProblem& problem, Fit& next, const Eigen::VectorXd& change) const {
-  const std::vector<Machine> list = machines(next.plant, next.effects, problem.data.size());
-  for (std::size_t w = 0; w < by_initial_state_.size(); ++w) {
-    SegmentState& start = next.initial_states[w];
-    start -= SegmentState(along_[w] * change);
-    start = within(start, reach_of(start, list[problem.response.windows()[w].recording]));
-  }
+  for (std::size_t w = 0; w < by_initial_state_.size(); ++w) next.initial_states[w] -= SegmentState(along_[w] * change);
   const Runs runs(problem, next);
   for (std::size_t w = 0; w < by_initial_state_.size(); ++w) {
-    Eigen::MatrixXd residual = runs.residual(w, next.initial_states[w]);
-    const SegmentState& start = next.initial_states[w];
+    const SegmentState reach = runs.reach(w, next.initial_states[w]);
+    const SegmentState start = next.initial_states[w] = within(next.initial_states[w], reach);
+    Eigen::MatrixXd residual = runs.residual(w, start);
     Eigen::VectorXd left(residual.size() + start.size());
     left << residual.reshaped(), -weights_[w].cwiseSqrt().cwiseProduct(start);
-    const SegmentState better =
-        within(start + SegmentState(by_initial_state_[w].solve(left).col(0)), runs.reach(w, start));
+    const SegmentState better = within(start + SegmentState(by_initial_state_[w].solve(left).col(0)), reach);
     const Eigen::MatrixXd tried = runs.residual(w, better);
     if (tried.squaredNorm() + weights_[w].dot(better.cwiseAbs2()) < left.squaredNorm()) {
       next.initial_states[w] = better;

@@ -1,6 +1,7 @@
 #include "diagnose/fit/linear_jacobian.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "diagnose/settings.hpp"
 #include "physics/parameters.hpp"
@@ -20,9 +21,10 @@ bool on_sensor(const Fit& fit, const Unknown& unknown) {
   return unknown.effect >= 0 && channel(fit.effects[static_cast<std::size_t>(unknown.effect)].form) == "sensor";
 }
 
-Influence influence(const FitProblem& problem, const Fit& fit, const std::vector<const Unknown*>& unknowns) {
-  const auto count = static_cast<Eigen::Index>(unknowns.size());
-  const bool sensed = std::ranges::any_of(unknowns, [&](const Unknown* u) { return on_sensor(fit, *u); });
+/// Of the unknowns in these `places`.
+Influence influence(const FitProblem& problem, const Fit& fit, const std::vector<std::size_t>& places) {
+  const auto count = static_cast<Eigen::Index>(places.size());
+  const bool sensed = std::ranges::any_of(places, [&](std::size_t i) { return on_sensor(fit, fit.unknowns[i]); });
   Influence result{{}, {}, Eigen::VectorXd::Zero(count)};
   double samples = 0.0;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
@@ -30,7 +32,7 @@ Influence influence(const FitProblem& problem, const Fit& fit, const std::vector
     Eigen::MatrixXd& acceleration = result.acceleration.emplace_back(size, count);
     if (sensed) result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
     for (Eigen::Index i = 0; i < count; ++i) {
-      const Unknown& unknown = *unknowns[static_cast<std::size_t>(i)];
+      const Unknown& unknown = fit.unknowns[places[static_cast<std::size_t>(i)]];
       const double up = unknown.above(), down = unknown.below();
       Eigen::MatrixXd a;
       if (unknown.effect < 0) {
@@ -61,8 +63,8 @@ Influence influence(const FitProblem& problem, const Fit& fit, const std::vector
 
 Eigen::MatrixXd linear_jacobian(const FitProblem& problem, const Fit& fit) {
   if (fit.unknowns.empty()) return Eigen::MatrixXd(problem.response.rows(), 0);
-  std::vector<const Unknown*> all;
-  for (const Unknown& unknown : fit.unknowns) all.push_back(&unknown);
+  std::vector<std::size_t> all(fit.unknowns.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
   const Influence effect = influence(problem, fit, all);
   Eigen::MatrixXd jacobian = problem.response.responses(effect.acceleration);
   if (!effect.measured.empty()) jacobian += problem.response.measured(effect.measured);
@@ -71,18 +73,15 @@ Eigen::MatrixXd linear_jacobian(const FitProblem& problem, const Fit& fit) {
 
 void complete_priors(const FitProblem& problem, Fit& fit) {
   renew_priors(fit.unknowns, fit.effects);
-  std::vector<const Unknown*> open;
-  std::vector<std::size_t> places;
+  std::vector<std::size_t> open;
   for (std::size_t i = 0; i < fit.unknowns.size(); ++i) {
-    if (fit.unknowns[i].prior_deviation > 0.0) continue;
-    open.push_back(&fit.unknowns[i]);
-    places.push_back(i);
+    if (fit.unknowns[i].prior_deviation <= 0.0) open.push_back(i);
   }
   if (open.empty()) return;
   const double nominal = problem.forcing.nominal_acceleration();
   const Eigen::VectorXd rms = influence(problem, fit, open).rms;
   for (Eigen::Index i = 0; i < rms.size(); ++i) {
-    Unknown& unknown = fit.unknowns[places[static_cast<std::size_t>(i)]];
+    Unknown& unknown = fit.unknowns[open[static_cast<std::size_t>(i)]];
     unknown.least_deviation = on_sensor(fit, unknown)
                                   ? kSettings.motion.prior_share
                                   : kSettings.motion.prior_share * nominal / std::max(rms[i], 1e-12 * nominal);

@@ -169,10 +169,12 @@ std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& eff
 std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const JointVector& plays,
                              std::size_t samples) {
   const std::size_t count = samples > 0 ? samples : data.samples();
-  std::vector<double> time(data.time.begin(), data.time.begin() + static_cast<std::ptrdiff_t>(count));
   const auto rows = static_cast<Eigen::Index>(count);
-  if (!data.linear_hold) return machine.drives(time, data.input.topRows(rows), data.fine.get(), plays);
-  time.clear();
+  if (!data.linear_hold) {
+    const std::vector<double> begins(data.time.begin(), data.time.begin() + rows);
+    return machine.drives(begins, data.input.topRows(rows), data.fine.get(), plays);
+  }
+  std::vector<double> time;
   Eigen::MatrixXd input((rows - 1) * kSettings.fit.linear_hold_pieces + 1, data.input.cols());
   for (std::size_t k = 0; k + 1 < count; ++k) {
     for (int i = 0; i < kSettings.fit.linear_hold_pieces; ++i) {

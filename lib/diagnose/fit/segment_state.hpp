@@ -22,7 +22,7 @@ struct SegmentRun {
 
 /// Levenberg-Marquardt: the initial state that makes `residual` (samples x joints) smallest, from `start`. One whose
 /// simulation diverges throws NumericalError. `precision`: 1 / variance a priori of each component, about 0; `reach`:
-/// of each component to either side of 0; from whose ends it begins as well; none: as far as it likes.
+/// of each component to either side of 0, from whose ends it begins as well; none: as far as it likes.
 SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentState&)>& residual,
                              const SegmentState& start, int rounds, const SegmentState& precision,
                              const SegmentState& reach = {});

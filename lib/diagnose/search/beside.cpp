@@ -133,12 +133,17 @@ std::vector<Promise> paired(const FitProblem& problem, const Screen& screen, con
   std::vector<Promise> list;
   if (fit.effects.size() + 2 > std::size_t{kSettings.search.largest_set}) return list;
   const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, std::vector<std::size_t>{});
-  const Additions all = gap->additions(screen, {}, true);
-  for (const Finding& finding : all.findings) {
+  const auto knows = [&](const Effect& one) { return gap->knows(one); };
+  const Additions singles = gap->additions(screen, {}), pairs = gap->additions(screen, {}, true);
+  double most = 0.0;  // nats that one alone promises
+  for (const Finding& finding : singles.findings) {
+    if (!knows(finding.effects(dictionary).front())) most = std::max(most, gap->gain(singles, finding, 0));
+  }
+  for (const Finding& finding : pairs.findings) {
+    const double gain = gap->gain(pairs, finding, 0);
+    if (fit.sse - 2.0 * gain > kSettings.search.pair * (fit.sse - 2.0 * most)) break;
     std::vector<Effect> others = finding.effects(dictionary);
-    const double gain = gap->gain(all, finding, 0);
-    if (std::ranges::any_of(others, [&](const Effect& one) { return gap->knows(one); })) continue;
-    list.push_back({fit.log_evidence + gain, gap, std::move(others)});
+    if (std::ranges::none_of(others, knows)) list.push_back({fit.log_evidence + gain, gap, std::move(others)});
   }
   return list;
 }

@@ -61,8 +61,8 @@ std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, c
                               const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
                               double margin);
 
-/// Every two effects at once beside all that a fit has, most promising first: of a gain and a dead zone each undoes
-/// what the other does, and neither alone promises anything.
+/// Two effects at once beside all that a fit has that promise to leave far less than any single one does, most
+/// promising first: of a gain and a dead zone each undoes what the other does, and neither alone promises anything.
 std::vector<Promise> paired(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
                             const Fit& fit, const Eigen::MatrixXd& jacobian);
 

@@ -75,15 +75,10 @@ class Climb {
 
   /// Two effects at once, where they promise to leave far less than any one does. Whether they do.
   bool paired() {
-    const std::vector<Promise> singles = promises_of(best_, jacobian_, {}, kInfinity);
-    double most = best_.log_evidence;
-    for (const Promise& single : singles) most = std::max(most, single.evidence);
-    const auto left = [&](double evidence) { return best_.sse - 2.0 * (evidence - best_.log_evidence); };
     int tried = 0;
     for (const Promise& pair : bayesctrl::paired(fits_.problem(), screen_, dictionary_, best_, jacobian_)) {
-      if (left(pair.evidence) > kSettings.search.pair * left(most) || tried == 2) break;
       if (fits_.tried(pair.set())) continue;
-      ++tried;
+      if (++tried > 2) break;
       const Fit* found = keep(pair);
       if (found != nullptr && found->sse < kSettings.search.pair * best_.sse) return true;
     }

@@ -102,9 +102,9 @@ Search search(const DiagnosisSpec& spec, const std::vector<Measured>& recordings
   Explanation explanation = explain(nominal, data, first);
   if (explanation.too_coarse) {
     data = std::move(whole);
-    first = options;
-    first.known = best_sets(explanation);
-    explanation = explain(nominal, data, first);
+    ExplainOptions second = options;
+    second.known = best_sets(explanation);
+    explanation = explain(nominal, data, second);
   }
   stage(50, "comparing the best");
   settle(explanation, data, options, spec.horizon);
