@@ -52,7 +52,9 @@ ordered_json family(const auto* variant) {
 ordered_json effects() {
   ordered_json list = ordered_json::array();
   for (const EffectLaw* law : catalogue()) {
-    list.push_back(member_json(law->name, law->text, std::string(law->equation), describe(law->declared())));
+    const std::string text =
+        std::string(law->text) + (law->roles.on_demand ? " (looked for where `effects` names it)" : "");
+    list.push_back(member_json(law->name, text, std::string(law->equation), describe(law->declared())));
   }
   return list;
 }

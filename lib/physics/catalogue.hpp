@@ -17,6 +17,7 @@
 #include "physics/effects/input_delay.hpp"
 #include "physics/effects/input_gain.hpp"
 #include "physics/effects/input_saturation.hpp"
+#include "physics/effects/joint_elasticity.hpp"
 #include "physics/effects/linear_spring.hpp"
 #include "physics/effects/load_dependent_friction.hpp"
 #include "physics/effects/periodic_disturbance.hpp"
@@ -37,7 +38,7 @@ using Catalogue = std::tuple<ViscousFriction, CoulombFriction, StribeckFriction,
                              PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring,
                              CouplingTorque, ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance,
                              TorqueStep, AddedInertia, InputDelay, InputGain, InputDeadZone, Backlash, InputSaturation,
-                             ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale>;
+                             ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale, JointElasticity>;
 
 /// Calls f(E{}) for the type E of each effect.
 void for_each_effect(auto&& f) {

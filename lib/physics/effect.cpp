@@ -42,6 +42,14 @@ std::vector<std::string_view> effect_names() {
   return names;
 }
 
+std::vector<std::size_t> usual_effects() {
+  std::vector<std::size_t> list;
+  for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
+    if (!catalogue()[kind]->roles.on_demand) list.push_back(kind);
+  }
+  return list;
+}
+
 bool same_kind(const Effect& a, const Effect& b) {
   return &a.form.law() == &b.form.law() && a.joint == b.joint && a.recording == b.recording;
 }

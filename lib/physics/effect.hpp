@@ -30,6 +30,7 @@ struct EffectRoles {
   bool feels_load = false;     // it reads the load on the bearings
   bool settles = false;        // its hidden state can say where it is after a while
   bool needs_turning = false;  // it has no meaning on a slide
+  bool on_demand = false;      // it is looked for only where it is asked for
 
   constexpr bool any() const {
     return torque || dry_friction || hidden_state || inertia || tilt || delay || map || play || lag || sensor;
@@ -234,6 +235,9 @@ struct Effect {
 /// The laws of all effects (catalogue.hpp), in their order, and after them those that AddedEffect adds.
 const std::vector<const EffectLaw*>& catalogue();
 std::vector<std::string_view> effect_names();
+
+/// Places in the catalogue of the effects that are looked for where none is asked for.
+std::vector<std::size_t> usual_effects();
 
 /// The effect of the catalogue that has this place, as it is declared.
 inline EffectForm declared_effect(std::size_t index) { return catalogue().at(index)->declared(); }

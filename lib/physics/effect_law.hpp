@@ -123,6 +123,7 @@ constexpr EffectRoles roles_of() {
   if constexpr (requires { E::kSpring; }) roles.spring = E::kSpring;
   if constexpr (requires { E::kFeelsLoad; }) roles.feels_load = E::kFeelsLoad;
   if constexpr (requires { E::kNeedsTurning; }) roles.needs_turning = E::kNeedsTurning;
+  if constexpr (requires { E::kOnDemand; }) roles.on_demand = E::kOnDemand;
   return roles;
 }
 

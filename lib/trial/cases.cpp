@@ -145,7 +145,7 @@ std::size_t effects_in(const Order& order, int joints) {
 std::vector<Order> orders(const TrialSpec& spec) {
   std::vector<Order> list;
   const std::vector<std::string_view>& names = effect_names();
-  for (std::size_t kind = 0; kind < names.size(); ++kind) {
+  for (const std::size_t kind : usual_effects()) {
     for (int i = 0; i < spec.per_effect; ++i) {
       list.push_back({"single_" + std::string(names[kind]) + "_" + std::to_string(i), "single", {kind}, i});
     }
@@ -223,12 +223,13 @@ Case make_case(const TrialSpec& spec, const Order& order) {
       return true;
     };
 
+    const std::vector<std::size_t> kinds = usual_effects();
     if (const std::size_t count = effects_in(order, n); count > 0 || order.family == "cut") {
       std::set<std::pair<std::size_t, int>> used;
       while (good && machine.effects.size() < count) {
         const std::size_t kind =
             order.kinds.empty()
-                ? static_cast<std::size_t>(draw_uniform(random, 0.0, static_cast<double>(effect_names().size()) - 1e-9))
+                ? kinds[static_cast<std::size_t>(draw_uniform(random, 0.0, static_cast<double>(kinds.size()) - 1e-9))]
                 : order.kinds[0];
         const int joint = static_cast<int>(draw_uniform(random, 0.0, n - 1e-9));
         if (!used.insert({kind, joint}).second) continue;
@@ -280,12 +281,10 @@ Case make_case(const TrialSpec& spec, const Order& order) {
     const std::vector<Recorded> recorded = record_all(machine, scene, kRecordings + 1);
     if (recorded.empty()) continue;
     if (machine.invention) {
-      std::vector<std::size_t> all;
-      for (std::size_t i = 0; i < effect_names().size(); ++i) all.push_back(i);
       std::vector<Measured> data = to_measured(recorded);
       if (error_beyond_noise(nominal, data.back(), truth["noise"]) < kOutside) continue;
       data.pop_back();
-      const Explanation best = explain(nominal, data, ExplainOptions{all, {}});
+      const Explanation best = explain(nominal, data, ExplainOptions{kinds, {}});
       truth["outside"]["distance"] = best.excess(best.best().fit);
       if (best.excess(best.best().fit) < kOutside) continue;
     }

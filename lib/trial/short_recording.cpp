@@ -43,7 +43,7 @@ Plant draw_oscillator(int variant, RandomStream& random) {
 /// Kinds of effects that act without an input and are not the sensor's.
 std::vector<std::size_t> kinds_for(const Plant& plant) {
   std::vector<std::size_t> list;
-  for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
+  for (const std::size_t kind : usual_effects()) {
     const EffectRoles& roles = catalogue()[kind]->roles;
     if (!roles.on_input() && !roles.sensor && !roles.timed && applies(kind, plant)) list.push_back(kind);
   }

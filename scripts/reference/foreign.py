@@ -16,6 +16,7 @@ and breaks away at instants found by bisection.
              short     one recording of 10 s at 50 Hz beside the one held out
              shaken    a stiff controller, and a torque that no law tells: 3 % of the others, for about 0.1 s
              quantised an encoder of 4096 counts a turn or 0.1 mm instead of noise
+    --having KIND     one of the effects, in every case: also joint_elasticity, which is not drawn else
 """
 
 import argparse
@@ -30,6 +31,7 @@ DRY = {"coulomb_friction", "stribeck_friction", "load_dependent_friction"}
 ALIKE = [  # laws of which no more than one is drawn: a recording hardly tells them apart
     DRY, {"viscous_friction", "quadratic_drag", "asymmetric_friction"}, {"linear_spring", "cubic_spring"},
     {"input_saturation", "input_dead_zone", "backlash"}, {"input_gain", "added_inertia"},
+    {"joint_elasticity", "actuator_lag"}, {"joint_elasticity", "added_inertia"},
 ]
 KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "viscous_friction", "quadratic_drag",
          "asymmetric_friction", "linear_spring", "cubic_spring", "constant_bias", "cogging_torque", "actuator_lag",
@@ -116,17 +118,35 @@ class Machine:
         motor, play = self.input(u0, u0)
         sign = 0 if v == 0 else int(math.copysign(1, v))
         samples = []
+        spring = self.effects.get("joint_elasticity")
+        # What pushes: the torque of the motor behind its lag and, where it pushes through a spring, by how much the
+        # motor is ahead of the joint and its speed.
+        push = (motor, motor / spring["stiffness"], v) if spring else (motor, 0.0, 0.0)
 
-        def slope(q, v, z, target, sign):
-            friction = sign * self.dry(q, v, z)[0]
-            return v, (self.torque(q, v, z) - friction) / inertia, (target - z) / lag if lag else 0.0
+        def through(v, push):
+            """The torque on the joint."""
+            if not spring:
+                return push[0]
+            return spring["stiffness"] * push[1] + spring["damping"] * (push[2] - v)
 
-        def step(q, v, z, target, sign, h):
-            a = slope(q, v, z, target, sign)
-            b = slope(q + h / 2 * a[0], v + h / 2 * a[1], z + h / 2 * a[2], target, sign)
-            c = slope(q + h / 2 * b[0], v + h / 2 * b[1], z + h / 2 * b[2], target, sign)
-            d = slope(q + h * c[0], v + h * c[1], z + h * c[2], target, sign)
-            return tuple(x + h / 6 * (i + 2 * j + 2 * k + l) for x, i, j, k, l in zip((q, v, z), a, b, c, d))
+        def pushing(v, push, target):
+            """Its change, in a joint of that speed."""
+            lagging = (target - push[0]) / lag if lag else 0.0
+            return (lagging, push[2] - v, (push[0] - through(v, push)) / spring["inertia"]) if spring else (lagging, 0.0, 0.0)
+
+        def slope(x, target, sign):
+            q, v, push = x[0], x[1], x[2:]
+            u = through(v, push)
+            # the load on the bearings is the motor's torque, whatever the spring passes on
+            friction = sign * self.dry(q, v, push[0])[0]
+            return v, (self.torque(q, v, u) - friction) / inertia, *pushing(v, push, target)
+
+        def step(x, target, sign, h):
+            a = slope(x, target, sign)
+            b = slope(tuple(x + h / 2 * i for x, i in zip(x, a)), target, sign)
+            c = slope(tuple(x + h / 2 * i for x, i in zip(x, b)), target, sign)
+            d = slope(tuple(x + h * i for x, i in zip(x, c)), target, sign)
+            return tuple(x + h / 6 * (i + 2 * j + 2 * k + l) for x, i, j, k, l in zip(x, a, b, c, d))
 
         sticks = any(name in DRY for name in self.effects)
         for k in range(int(seconds * rate) + 1):
@@ -135,42 +155,45 @@ class Machine:
             samples.append((k / rate, q, u))
             target, play = self.input(u, play)
             if not lag:
-                motor = target
+                push = (target, *push[1:])
             for _ in range(substeps):
                 rest = h
                 for _ in range(8):
                     if sticks and sign == 0:
-                        f, holds = self.torque(q, 0.0, motor), self.dry(q, 0.0, motor)[1]
+                        f, holds = self.torque(q, 0.0, through(0.0, push)), self.dry(q, 0.0, push[0])[1]
                         if abs(f) <= holds:
-                            if lag:
-                                motor = target + (motor - target) * math.exp(-rest / lag)
+                            if lag and not spring:
+                                push = (target + (push[0] - target) * math.exp(-rest / lag), 0.0, 0.0)
+                            if spring:
+                                middle = tuple(p + rest / 2 * d for p, d in zip(push, pushing(0.0, push, target)))
+                                push = tuple(p + rest * d for p, d in zip(push, pushing(0.0, middle, target)))
                             break
                         sign = 1 if f > 0 else -1
-                    then = step(q, v, motor, target, sign, rest)
+                    then = step((q, v, *push), target, sign, rest)
                     if not sticks or then[1] * sign >= 0:
-                        q, v, motor = then
+                        q, v, *push = then
                         break
                     low, high = 0.0, rest  # comes to rest within the step
                     for _ in range(40):
                         middle = (low + high) / 2
-                        if step(q, v, motor, target, sign, middle)[1] * sign >= 0:
+                        if step((q, v, *push), target, sign, middle)[1] * sign >= 0:
                             low = middle
                         else:
                             high = middle
-                    q, _, motor = step(q, v, motor, target, sign, low)
+                    q, _, *push = step((q, v, *push), target, sign, low)
                     v, sign, rest = 0.0, 0, rest - low
                     if rest <= 1e-12:
                         break
         return samples
 
 
-def draw_effects(rng, count, torque, speed, span, family):
+def draw_effects(rng, count, torque, speed, span, family, having):
     """Parameters of `count` laws, each of 4 to 25 % of the torque."""
     kinds, chosen = list(KINDS), []
     if family == "free":
         kinds = [k for k in kinds if k not in INPUT_EFFECTS and k != "load_dependent_friction"]
     rng.shuffle(kinds)
-    for kind in kinds:
+    for kind in having + [k for k in kinds if k not in having]:
         if len(chosen) == count:
             break
         if all(not ({kind, other} <= group) for group in ALIKE for other in chosen):
@@ -182,6 +205,7 @@ def draw_effects(rng, count, torque, speed, span, family):
             "coulomb_friction": lambda: {"level": s},
             "stribeck_friction": lambda: {"coulomb": 0.7 * s, "static": 1.3 * s, "velocity": rng.uniform(0.05, 0.2) * speed},
             "load_dependent_friction": lambda: {"k": rng.uniform(0.05, 0.25)},
+            "joint_elasticity": lambda: {"inertia": None, "frequency": rng.uniform(12, 50), "ratio": rng.uniform(0.03, 0.4)},
             "viscous_friction": lambda: {"coefficient": s / speed},
             "quadratic_drag": lambda: {"coefficient": s / speed ** 2},
             "asymmetric_friction": lambda: {"forward": 0.5 * s / speed, "backward": 1.5 * s / speed},
@@ -238,9 +262,13 @@ def draw_one(options, index, attempt):
     machine = Machine(rng, {}, options.family)
     torque = 0.6 * machine.gravity if machine.pendulum else machine.inertia * rng.uniform(1, 3)  # RMS
     speed, span = (2.0, 0.8) if machine.pendulum else (0.5, 0.3)
-    machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family)
+    machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family, options.having)
     if "added_inertia" in machine.effects:
         machine.effects["added_inertia"]["inertia"] = rng.uniform(0.05, 0.3) * machine.inertia
+    if "joint_elasticity" in machine.effects:
+        drawn = machine.effects["joint_elasticity"]
+        inertia, frequency = rng.uniform(0.05, 0.5) * machine.inertia, drawn["frequency"]
+        machine.effects["joint_elasticity"] = {"stiffness": inertia * frequency ** 2, "damping": 2 * drawn["ratio"] * frequency * inertia, "inertia": inertia}
     short = options.family == "short"
     rate, seconds = (50, 10) if short else (options.rate, options.seconds)
     noise = 0.0 if options.family == "quantised" else options.noise * span
@@ -327,6 +355,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["draw", "score"])
     parser.add_argument("out", type=Path)
+    parser.add_argument("--having", action="append", default=[], choices=KINDS + ["joint_elasticity"])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sets", type=int, default=6)
     parser.add_argument("--effects", type=int, default=4)

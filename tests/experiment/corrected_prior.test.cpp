@@ -42,9 +42,7 @@ TEST_CASE(
     "[experiment][diagnose][slow]") {
   const Plant nominal = Pendulum{.length = 1.0, .friction = 0.3, .mass = 0.5};
   const Model truth{nominal, {{CoulombFriction{0.35}, 0, -1}}};
-  std::vector<std::size_t> all(catalogue().size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-  const Explanation explanation = explain(nominal, recordings_of(truth), ExplainOptions{all, {}});
+  const Explanation explanation = explain(nominal, recordings_of(truth), ExplainOptions{usual_effects(), {}});
   const Fit& found = explanation.best().fit;
   REQUIRE(found.effects.size() == 1);
   REQUIRE(name_of(found.effects[0].form) == "coulomb_friction");

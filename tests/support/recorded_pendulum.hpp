@@ -42,10 +42,17 @@ inline Measured record(const Machine& machine, double gap, std::uint64_t seed, d
   return data;
 }
 
-inline std::vector<std::size_t> whole_catalogue() {
-  std::vector<std::size_t> all;
-  for (std::size_t i = 0; i < catalogue().size(); ++i) all.push_back(i);
-  return all;
+/// What begins in the midst of the motion, `samples` later.
+inline Measured without_beginning(Measured data, Eigen::Index samples) {
+  const Eigen::Index left = data.position.rows() - samples;
+  data.position = data.position.bottomRows(left).eval();
+  data.input = data.input.bottomRows(left).eval();
+  data.time.erase(data.time.begin(), data.time.begin() + samples);
+  const double first = data.time.front();
+  for (double& t : data.time) t -= first;
+  return data;
 }
+
+inline std::vector<std::size_t> whole_catalogue() { return usual_effects(); }
 
 }  // namespace bayesctrl::testing

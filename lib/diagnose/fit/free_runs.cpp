@@ -37,41 +37,38 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     list.emplace_back(model.plant, machine.effects(), model.remainder);
   }
   std::vector<std::vector<Drive>> drives;
-  std::vector<Eigen::MatrixXd> hidden;
   for (std::size_t r = 0; r < data.size(); ++r) {
     drives.push_back(drives_of(list[r], data[r]));
-    hidden.push_back(list[r].hidden_states(data[r].time, paths[r].position, paths[r].velocity, drives[r]));
     result.simulated.push_back(Eigen::MatrixXd::Constant(data[r].position.rows(), n, std::nan("")));
     result.velocity.push_back(result.simulated.back());
   }
   double squares = 0.0;
-  JointVector lags = JointVector::Zero(n);  // as the window before has found them,
-  double since = 0.0;                       // at this time
-  std::size_t lags_of = 0;                  // of this recording
+  HiddenStates hidden;  // as the window before has found them,
   Remainder::Memory memory;
-  std::size_t of = 0, reached = 0;  // recording and sample that the memory belongs to
+  std::size_t of = data.size(), reached = 0;  // at this sample of this recording
   for (const Segment& window : windows(data, horizon)) {
     if (wanted && !wanted(window)) continue;
     const std::size_t r = window.recording;
     const auto first = static_cast<Eigen::Index>(window.first), size = static_cast<Eigen::Index>(window.samples());
     const Eigen::MatrixXd measured = data[r].position.middleRows(first, size);
-    if (!model.remainder.empty()) {
-      if (r != of) {
-        memory.clear();
-        of = r;
-        reached = 0;
-      }
-      memory = remember(model.remainder, data[r], paths[r], reached, window.first, std::move(memory));
-      reached = window.first;
+    const std::vector<double>& t = data[r].time;
+    if (r != of) {
+      memory.clear();
+      hidden = list[r].hidden_at_rest();
+      of = r;
+      reached = 0;
     }
-    const double now = data[r].time[window.first];
-    lags = window.opens || r != lags_of ? JointVector::Zero(n) : list[r].decayed(lags, now - since);
-    since = now;
-    lags_of = r;
+    if (!model.remainder.empty()) {
+      memory = remember(model.remainder, data[r], paths[r], reached, window.first, std::move(memory));
+    }
+    hidden = window.opens ? list[r].hidden_at_rest()
+                          : list[r].hidden_after(std::move(hidden), t, paths[r].position, paths[r].velocity, drives[r],
+                                                 reached, window.first);
+    reached = window.first;
     const auto run = [&](const SegmentState& x, Eigen::MatrixXd* states) {
       const std::vector<Drive> own = own_drives(list[r], data[r], window, x);
-      return list[r].run(x.head(2 * n), data[r].time, own.empty() ? drives[r] : own, window.first, window.last,
-                         max_step, hidden_states_of(x, window, {hidden[r].row(first), lags}), states, memory);
+      return list[r].run(x.head(2 * n), t, own.empty() ? drives[r] : own, window.first, window.last, max_step,
+                         hidden_states_of(x, hidden), states, memory);
     };
     SegmentState start = initial_guess(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
@@ -80,7 +77,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
           fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
                             kSettings.fit.free_run_iterations, precision_of(start, data[r]), reach_of(start, list[r]))
               .start;
-      lags = hidden_states_of(start, window, {hidden[r].row(first), lags}).lags;
+      hidden = hidden_states_of(start, std::move(hidden));
       if (window.opens && list[r].has_plays()) drives[r] = drives_of(list[r], data[r], plays_of(start, n));
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);

@@ -1,7 +1,6 @@
 #include "diagnose/fit/runs.hpp"
 
 #include <cmath>
-#include <map>
 
 #include "base/error.hpp"
 
@@ -10,32 +9,22 @@ namespace bayesctrl {
 Runs::Runs(const FitProblem& problem, const Fit& fit)
     : problem_(problem), joints_(joints(fit.plant)), machines_(machines(fit.plant, fit.effects, problem.data.size())) {
   const std::vector<Segment>& windows = problem.response.windows();
-  std::vector<std::map<std::size_t, HiddenVector>> known(problem.data.size());
   std::vector<JointVector> plays(problem.data.size());
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
-    const SegmentState& start = fit.initial_states[w];
-    if (start.size() <= 2 * joints_) continue;
-    if (windows[w].opens) plays[windows[w].recording] = plays_of(start, joints_);
-    if (windows[w].after_gap) {
-      known[windows[w].recording][windows[w].first] = start.segment(2 * joints_, start.size() - 4 * joints_);
-    }
+    if (windows[w].opens) plays[windows[w].recording] = plays_of(fit.initial_states[w], joints_);
   }
-  std::vector<Eigen::MatrixXd> effects;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
     drives_.push_back(drives_of(machines_[r], problem.data[r], plays[r]));
-    const Trajectory& path = problem.forcing.paths()[r];
-    effects.push_back(
-        machines_[r].hidden_states(problem.data[r].time, path.position, path.velocity, drives_[r], known[r]));
   }
-  JointVector lags = JointVector::Zero(joints_);
-  double since = 0.0;
   for (std::size_t w = 0; w < windows.size(); ++w) {
     const std::size_t r = windows[w].recording;
-    const double now = problem.data[r].time[windows[w].first];
-    lags = windows[w].opens ? JointVector::Zero(joints_) : machines_[r].decayed(lags, now - since);
-    if (w < fit.initial_states.size()) lags = hidden_states_of(fit.initial_states[w], windows[w], {{}, lags}).lags;
-    since = now;
-    hidden_.push_back({effects[r].row(static_cast<Eigen::Index>(windows[w].first)), lags});
+    const Trajectory& path = problem.forcing.paths()[r];
+    HiddenStates now =
+        windows[w].opens ? machines_[r].hidden_at_rest()
+                         : machines_[r].hidden_after(hidden_.back(), problem.data[r].time, path.position, path.velocity,
+                                                     drives_[r], windows[w - 1].first, windows[w].first);
+    if (w < fit.initial_states.size()) now = hidden_states_of(fit.initial_states[w], std::move(now));
+    hidden_.push_back(std::move(now));
   }
 }
 
@@ -44,7 +33,7 @@ Eigen::MatrixXd Runs::operator()(std::size_t w, const SegmentState& start, Eigen
   const std::size_t r = window.recording;
   const std::vector<Drive> own = own_drives(machines_[r], problem_.data[r], window, start);
   return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, own.empty() ? drives_[r] : own, window.first,
-                          window.last, problem_.max_step, hidden_states_of(start, window, hidden_[w]), states);
+                          window.last, problem_.max_step, hidden_states_of(start, hidden_[w]), states);
 }
 
 SegmentState Runs::precision(std::size_t w, const SegmentState& start) const {

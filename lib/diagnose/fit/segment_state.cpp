@@ -11,8 +11,7 @@ namespace bayesctrl {
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine) {
   const auto row = static_cast<Eigen::Index>(window.first);
   const Eigen::Index n = path.position.cols();
-  const bool unknown =
-      (machine.hidden_count() > 0 && window.after_gap) || ((machine.has_lags() || machine.has_plays()) && window.opens);
+  const bool unknown = window.opens && (machine.hidden_count() > 0 || machine.has_lags() || machine.has_plays());
   SegmentState start = SegmentState::Zero(2 * n + (unknown ? machine.hidden_count() + 2 * n : 0));
   start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
   return start;
@@ -26,12 +25,9 @@ void hand_down(const SegmentState& found, int joint_count, SegmentState& start) 
   if (start.size() == found.size()) start = found;
 }
 
-HiddenStates hidden_states_of(const SegmentState& start, const Segment& window, HiddenStates known) {
+HiddenStates hidden_states_of(const SegmentState& start, HiddenStates known) {
   const Eigen::Index n = known.lags.size();
-  if (start.size() > 2 * n) {
-    if (window.after_gap) known.effects = start.segment(2 * n, start.size() - 4 * n);
-    known.lags = start.tail(2 * n).head(n);
-  }
+  if (start.size() > 2 * n) known = {start.segment(2 * n, start.size() - 4 * n), start.tail(2 * n).head(n)};
   return known;
 }
 

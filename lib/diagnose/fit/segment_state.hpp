@@ -30,8 +30,8 @@ SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentSt
 /// Along which differences by one component are made: towards 0 where it has come to the end of its reach.
 double state_step(const SegmentState& start, Eigen::Index component, const SegmentState& reach);
 
-/// A first guess from a known motion. Effects' states are not known after a gap, lags and plays not at a recording's
-/// first sample.
+/// A first guess from a known motion. Effects' states, lags and plays are not known at a first sample, of a recording
+/// or after a gap.
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine);
 
 /// Copies the initial state that another model has found into that of a model with so many joints, as far as both hold
@@ -39,7 +39,7 @@ SegmentState initial_guess(const Segment& window, const Trajectory& path, const 
 void hand_down(const SegmentState& found, int joint_count, SegmentState& start);
 
 /// The hidden states of an initial state, where it has them; else what is known of them.
-HiddenStates hidden_states_of(const SegmentState& start, const Segment& window, HiddenStates known);
+HiddenStates hidden_states_of(const SegmentState& start, HiddenStates known);
 
 /// Where plays stand in an initial state of a recording's first sample; none where it does not say.
 JointVector plays_of(const SegmentState& start, int joint_count);

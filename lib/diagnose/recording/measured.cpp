@@ -63,7 +63,7 @@ std::vector<Segment> stretches(const Measured& measured, std::size_t recording) 
   std::size_t first = 0;
   for (std::size_t k = 1; k <= t.size(); ++k) {
     if (k < t.size() && t[k] - t[k - 1] <= gap) continue;
-    list.push_back({recording, first, k - 1, true, first > 0});
+    list.push_back({recording, first, k - 1, true});
     first = k;
   }
   return list;
@@ -94,10 +94,7 @@ std::vector<Segment> windows(const std::vector<Measured>& data, double length, s
         const double end = t[first] + length * (1.0 + 1e-9) - 0.5 * period;
         while (last + 1 <= stretch.last && t[last + 1] <= end) ++last;
         const bool whole = last < stretch.last || t[last] - t[first] > 0.5 * length;
-        if (whole && last - first + 1 >= least) {
-          const bool opens = first == stretch.first;
-          list.push_back({r, first, last, opens, opens && stretch.after_gap});
-        }
+        if (whole && last - first + 1 >= least) list.push_back({r, first, last, first == stretch.first});
         first = last + 1;
       }
     }

@@ -27,8 +27,7 @@ struct Measured {
 struct Segment {
   std::size_t recording = 0;
   std::size_t first = 0, last = 0;
-  bool opens = false;      // no sample comes before,
-  bool after_gap = false;  // or none for a while: what the machine did is not known
+  bool opens = false;  // no sample comes before, or none for a while: what the machine did is not known
 
   std::size_t samples() const { return last - first + 1; }
 };

@@ -1,7 +1,6 @@
 #include "diagnose/recording/spec.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "io/emit.hpp"
 #include "io/read.hpp"
@@ -40,9 +39,9 @@ bool overlap(const RecordingFile& a, const RecordingFile& b) {
 
 }  // namespace
 
-EffectNames EffectNames::all() {
-  EffectNames list(effect_names().size());
-  std::iota(list.begin(), list.end(), std::size_t{0});
+EffectNames EffectNames::usual() {
+  EffectNames list;
+  for (const std::size_t kind : usual_effects()) list.push_back(kind);
   return list;
 }
 

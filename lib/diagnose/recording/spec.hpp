@@ -111,7 +111,7 @@ struct RecordingFile {
 /// Effects of the catalogue by their place in it; in specs a list of names.
 struct EffectNames : std::vector<std::size_t> {
   using std::vector<std::size_t>::vector;
-  static EffectNames all();
+  static EffectNames usual();
 };
 
 /// The model that is doubted: in specs a model and, among its keys, `free`.
@@ -126,7 +126,7 @@ struct DiagnosisSpec {
   NominalModel model;
   Signals signals;
   std::vector<RecordingFile> recordings, held_out;
-  EffectNames effects = EffectNames::all();
+  EffectNames effects = EffectNames::usual();
   double horizon = 1.0;  // s
   Location horizon_at;   // where it is set
 
@@ -138,7 +138,9 @@ struct DiagnosisSpec {
     field("signals", self.signals, {.text = "which columns mean what", .required = true});
     field("recordings", self.recordings, {.text = "what is to be explained", .required = true});
     field("held_out", self.held_out, {.text = "recordings that are not touched before the last step"});
-    field("effects", self.effects, {.text = "what may be named as missing"});
+    field("effects", self.effects,
+          {.text = "what may be named as missing; without it every effect but those that have to be asked for (list "
+                   "effects)"});
     field("horizon_s", self.horizon, {kPositive, "s", "window of the free runs that the fit reports"});
   }
 };

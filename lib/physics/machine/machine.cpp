@@ -56,12 +56,4 @@ JointVector Machine::measured(const JointVector& position) const {
   return shown;
 }
 
-JointVector Machine::decayed(const JointVector& lags, double by) const {
-  JointVector left = JointVector::Zero(joints_);
-  for (int j = 0; j < joints_; ++j) {
-    if (lag_[j] > 0.0) left[j] = lags[j] * std::exp(-by / lag_[j]);
-  }
-  return left;
-}
-
 }  // namespace bayesctrl

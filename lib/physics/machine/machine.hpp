@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <span>
 #include <vector>
 
@@ -47,15 +46,13 @@ class Machine {
     return run(start, time, drives, first, last, max_step, {{}, JointVector::Zero(joints_)});
   }
 
-  /// Hidden states of the effects (samples x hidden_count) along a known motion: 0 at its first sample, and `known` at
-  /// the samples that it names.
-  Eigen::MatrixXd hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& position,
-                                const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives,
-                                const std::map<std::size_t, HiddenVector>& known = {}) const;
+  /// Hidden states at sample `to` along a known motion, of a machine that has those at sample `from`.
+  HiddenStates hidden_after(HiddenStates begin, const std::vector<double>& time, const Eigen::MatrixXd& position,
+                            const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives, std::size_t from,
+                            std::size_t to) const;
+  HiddenStates hidden_at_rest() const { return {HiddenVector::Zero(hidden_count_), JointVector::Zero(joints_)}; }
   int hidden_count() const { return hidden_count_; }
 
-  /// What is left of departures of the lags after `by` seconds.
-  JointVector decayed(const JointVector& lags, double by) const;
   bool has_lags() const { return lag_.any(); }
   bool has_plays() const { return reach_.any(); }
   /// Of the plays to either side from the middle of their gaps, in units of the inputs.
@@ -83,6 +80,8 @@ class Machine {
   template <int kJoints>
   Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
                      const MotionOf<kJoints>& driven) const;
+  template <int kJoints>
+  MotionOf<kJoints> driven_by(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t) const;
   template <int kJoints>
   JointState seen(int joint, const StateOf<kJoints>& state, double t, const Load<kJoints>& on_bearings) const;
   template <int kJoints>
@@ -113,6 +112,7 @@ class Machine {
   void advance(StateOf<kJoints>& state, Moment& moment, double end, double max_step) const;
   template <int kJoints>
   void catch_up(Moment& moment) const;
+  void locate(Moment& moment) const;
   template <int kJoints>
   void settle_along(StateOf<kJoints>& state, const Joints<kJoints>& input, double t, double h) const;
   template <int kJoints>

@@ -28,6 +28,13 @@ Machine::Load<kJoints> Machine::load(const StateOf<kJoints>& state, const Joints
   return result;
 }
 
+/// What the plant does with this input, where the load asks for it.
+template <int kJoints>
+MotionOf<kJoints> Machine::driven_by(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t) const {
+  if (!std::holds_alternative<Custom>(plant_)) return {};
+  return motion_of<kJoints>(plant_, state.q, state.v, input, t);
+}
+
 /// What the effects of one joint look at.
 template <int kJoints>
 JointState Machine::seen(int joint, const StateOf<kJoints>& state, double t, const Load<kJoints>& on_bearings) const {
@@ -44,7 +51,7 @@ template <int kJoints>
 Machine::Load<kJoints> Machine::load_on_hidden(const StateOf<kJoints>& state, const Joints<kJoints>& input,
                                                double t) const {
   if (!load_drives_hidden_) return {};
-  return load<kJoints>(state, input, t, motion_of<kJoints>(plant_, state.q, state.v, input, t));
+  return load<kJoints>(state, input, t, driven_by<kJoints>(state, input, t));
 }
 
 /// The hidden states `begin` after `by` seconds in which the machine drives them as it does `at` a state.
@@ -182,7 +189,7 @@ double Machine::holding(const StateOf<kJoints>& state, const Moment& moment, int
   Load<kJoints> on_bearings;
   if (bears_load_) {
     const Joints<kJoints> input = input_at<kJoints>(moment, moment.t);
-    on_bearings = load<kJoints>(state, input, moment.t, motion_of<kJoints>(plant_, state.q, state.v, input, moment.t));
+    on_bearings = load<kJoints>(state, input, moment.t, driven_by<kJoints>(state, input, moment.t));
   }
   JointState here = seen<kJoints>(joint, state, moment.t, on_bearings);
   here.velocity = 0.0;

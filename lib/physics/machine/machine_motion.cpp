@@ -287,32 +287,47 @@ void Machine::advance_and_remember(State& state, Moment& moment, double goal, do
   });
 }
 
-Eigen::MatrixXd Machine::hidden_states(const std::vector<double>& time, const Eigen::MatrixXd& position,
-                                       const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives,
-                                       const std::map<std::size_t, HiddenVector>& known) const {
-  Eigen::MatrixXd z = Eigen::MatrixXd::Zero(velocity.rows(), hidden_count_);
-  if (hidden_count_ == 0) return z;
-  constexpr int kParts = 8;  // of the time between two samples
+/// The segments of the drives at moment.t, wherever they were.
+void Machine::locate(Moment& moment) const {
+  for (int j = 0; j < joints_; ++j) {
+    const auto slot = static_cast<std::size_t>(j);
+    const std::vector<double>& switches = (*moment.drives)[slot].switches();
+    const auto after = std::upper_bound(switches.begin(), switches.end(), moment.t);
+    moment.segment[slot] = static_cast<std::size_t>(after - switches.begin()) - 1;
+  }
+}
+
+HiddenStates Machine::hidden_after(HiddenStates begin, const std::vector<double>& time, const Eigen::MatrixXd& position,
+                                   const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives, std::size_t from,
+                                   std::size_t to) const {
+  for (int j = 0; j < joints_; ++j) {
+    begin.lags[j] = lag_[j] > 0.0 ? begin.lags[j] * std::exp(-(time[to] - time[from]) / lag_[j]) : 0.0;
+  }
+  if (hidden_count_ == 0) return begin;
+  if (begin.effects.size() == 0) begin.effects = HiddenVector::Zero(hidden_count_);
+  constexpr double kPart = 2.5e-3;  // s, of the time between two samples,
+  constexpr double kParts = 8.0;    // in no more of them
   with_joints(plant_, [&]<int kJoints>(const auto& /*plant*/, std::integral_constant<int, kJoints>) {
     Moment moment;
+    moment.t = time[from];
     moment.drives = &drives;
-    StateOf<kJoints> now{{}, {}, HiddenVector::Zero(hidden_count_)};
-    for (Eigen::Index k = 0; k + 1 < velocity.rows(); ++k) {
-      const double from = time[static_cast<std::size_t>(k)], to = time[static_cast<std::size_t>(k) + 1];
-      for (int i = 0; i < kParts; ++i) {
-        const double s = (i + 0.5) / kParts;
-        now.q = (1.0 - s) * position.row(k).transpose() + s * position.row(k + 1).transpose();
-        now.v = (1.0 - s) * velocity.row(k).transpose() + s * velocity.row(k + 1).transpose();
-        moment.t = (1.0 - s) * from + s * to;
+    locate(moment);
+    StateOf<kJoints> now{{}, {}, begin.effects};
+    for (std::size_t k = from; k < to; ++k) {
+      const auto row = static_cast<Eigen::Index>(k);
+      const double parts = std::clamp(std::ceil((time[k + 1] - time[k]) / kPart), 1.0, kParts);
+      for (int i = 0; i < parts; ++i) {
+        const double s = (i + 0.5) / parts;
+        now.q = (1.0 - s) * position.row(row).transpose() + s * position.row(row + 1).transpose();
+        now.v = (1.0 - s) * velocity.row(row).transpose() + s * velocity.row(row + 1).transpose();
+        moment.t = (1.0 - s) * time[k] + s * time[k + 1];
         catch_up<kJoints>(moment);
-        settle_along<kJoints>(now, input_at<kJoints>(moment, moment.t), moment.t, (to - from) / kParts);
+        settle_along<kJoints>(now, input_at<kJoints>(moment, moment.t), moment.t, (time[k + 1] - time[k]) / parts);
       }
-      const auto given = known.find(static_cast<std::size_t>(k) + 1);
-      if (given != known.end()) now.z = given->second;
-      z.row(k + 1) = now.z.transpose();
     }
+    begin.effects = now.z;
   });
-  return z;
+  return begin;
 }
 
 Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>& time,
@@ -329,12 +344,7 @@ Eigen::MatrixXd Machine::run(const StateVector& start, const std::vector<double>
   for (int j = 0; j < joints_; ++j) moment.departure[j] = lag_[j] > 0.0 ? hidden.lags[j] : 0.0;
   moment.drives = &drives;
   moment.memory = memory;
-  for (int j = 0; j < joints_; ++j) {
-    const auto slot = static_cast<std::size_t>(j);
-    const std::vector<double>& switches = drives[slot].switches();
-    const auto after = std::upper_bound(switches.begin(), switches.end(), moment.t);
-    moment.segment[slot] = static_cast<std::size_t>(after - switches.begin()) - 1;
-  }
+  locate(moment);
   Eigen::MatrixXd shown(static_cast<Eigen::Index>(last - first + 1), joints_);
   if (states != nullptr) states->resize(shown.rows(), 2 * joints_);
   for (std::size_t k = first;; ++k) {

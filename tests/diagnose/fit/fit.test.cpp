@@ -48,6 +48,27 @@ TEST_CASE("Friction that gives before it slides is found across a gap, after whi
   CHECK(found.p_value(best) > 1e-3);
 }
 
+TEST_CASE("A spring between motor and joint is found where it is asked for, in recordings that begin while it swings",
+          "[diagnose][fit][slow]") {
+  const JointElasticity hidden{60.0, 0.6, 0.1};
+  const Machine machine(kPendulum, {{hidden, 0, -1}});
+  const std::vector<Measured> data{testing::without_beginning(record(machine, 4.3, 1), 130),
+                                   testing::without_beginning(record(machine, -1.0, 2), 207)};
+  std::vector<std::size_t> asked = usual_effects();
+  asked.push_back(EffectForm(hidden).index());
+  const Explanation found = explain(kPendulum, data, {asked, {}});
+  const Fit& best = found.best().fit;
+  CAPTURE(key(best.effects));
+  REQUIRE(best.effects.size() == 1);
+  const auto* law = best.effects[0].form.get_if<JointElasticity>();
+  REQUIRE(law != nullptr);
+  CHECK(std::abs(law->stiffness - hidden.stiffness) < 4.0 * best.deviation(0, "stiffness"));
+  CHECK(std::abs(law->damping - hidden.damping) < 4.0 * best.deviation(0, "damping"));
+  CHECK(std::abs(law->inertia - hidden.inertia) < 4.0 * best.deviation(0, "inertia"));
+  CHECK(best.deviation(0, "stiffness") < 0.1 * hidden.stiffness);
+  CHECK(found.p_value(best) > 1e-3);
+}
+
 TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnose][fit][slow]") {
   const double part = GENERATE(0.0, 1.0, -0.5);
   const double lag = GENERATE(0.05, 0.3);

@@ -190,6 +190,22 @@ TEST_CASE("Hidden states come from the motion before a window, and from the wind
   CHECK(runs_of({kPendulum, {{PreslidingHysteresis{1.0, 0.5}, 0, -1}}, {}}, made).rms > 1e-2);
 }
 
+TEST_CASE("Hidden states of a recording that begins in the midst of a motion are found, and followed from there",
+          "[diagnose][fit]") {
+  const EffectForm law =
+      GENERATE(EffectForm(PreslidingHysteresis{1.0, 1.0}), EffectForm(JointElasticity{60.0, 0.1, 0.1}));
+  const Machine machine(kPendulum, {{law, 0, -1}});
+  Recorded made = recorded(machine, {.seconds = 8.0});
+  const Eigen::Index before = 157, left = made.truth.position.rows() - before;
+  made.data = testing::without_beginning(made.data, before);
+  made.truth.position = made.truth.position.bottomRows(left).eval();
+  made.truth.velocity = made.truth.velocity.bottomRows(left).eval();
+  const FreeRuns found = runs_of({kPendulum, {{law, 0, -1}}, {}}, {made});
+  REQUIRE(found.window_rms.size() == 3);
+  CAPTURE(law.name(), largest(found.window_rms));
+  CHECK(largest(found.window_rms) < 1e-3);
+}
+
 TEST_CASE("What a remainder remembers passes from one part of a motion to the next, for every basis",
           "[diagnose][fit]") {
   const Recorded made = recorded(Machine(kPendulum, {}), {.seconds = 3.0});

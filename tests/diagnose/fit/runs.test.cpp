@@ -104,7 +104,7 @@ TEST_CASE("Friction's hidden state is known along a stretch, and of a segment af
   Fit fit = about.at_truth({law});
   const std::vector<Segment>& windows = about.response.windows();
   REQUIRE(windows.size() == 9);
-  REQUIRE(windows[4].after_gap);
+  REQUIRE(windows[4].opens);
   const std::vector<double> not_found = largest_residuals(about, fit);
   const Runs runs(about.problem, fit);
   REQUIRE(fit.initial_states[4].size() == 5);

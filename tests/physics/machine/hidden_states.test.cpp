@@ -59,10 +59,13 @@ TEST_CASE("Two elements with hidden states in one joint move it as a fine integr
   Eigen::MatrixXd states;
   const std::vector<Drive> drives = machine.drives(time, input);
   machine.run(StateVector::Zero(2), time, drives, 0, 300, 1e-3, {{}, JointVector::Zero(1)}, &states);
-  const Eigen::MatrixXd z = machine.hidden_states(time, states.leftCols(1), states.rightCols(1), drives);
-  REQUIRE(z.cols() == 2);
-  const Eigen::MatrixXd rest =
-      machine.run(states.row(150), time, drives, 150, 300, 1e-3, {z.row(150), JointVector::Zero(1)});
+  const auto after = [&](const HiddenStates& begin, std::size_t from, std::size_t to) {
+    return machine.hidden_after(begin, time, states.leftCols(1), states.rightCols(1), drives, from, to);
+  };
+  const HiddenStates middle = after(machine.hidden_at_rest(), 0, 150);
+  REQUIRE(middle.effects.size() == 2);
+  CHECK(after(after(machine.hidden_at_rest(), 0, 61), 61, 150).effects == middle.effects);
+  const Eigen::MatrixXd rest = machine.run(states.row(150), time, drives, 150, 300, 1e-3, middle);
   CHECK((rest - q.bottomRows(151)).cwiseAbs().maxCoeff() < 1e-3 * range);
 }
 
@@ -85,4 +88,31 @@ TEST_CASE("Friction that gives is never stronger than its level, whatever its st
     CHECK(std::abs(torque) <= law.level);
     if (std::abs(z) * law.stiffness < law.level) CHECK(torque == Approx(-law.stiffness * z));
   }
+}
+
+TEST_CASE("A motor that pushes through a spring and the slide behind it move as the closed form of two masses says",
+          "[effects][physics]") {
+  const double mass = 0.7, inertia = GENERATE(0.2, 1.5), stiffness = GENERATE(30.0, 400.0), force = 2.0;
+  const double damping = 0.3 * std::sqrt(stiffness * inertia);
+  const Machine machine(Mass{mass, 0.0}, {{JointElasticity{stiffness, damping, inertia}}});
+  std::vector<double> time;
+  for (int k = 0; k <= 200; ++k) time.push_back(0.01 * k);
+  const Eigen::MatrixXd input = Eigen::MatrixXd::Constant(201, 1, force);
+  const std::vector<Drive> drives = machine.drives(time, input);
+  Eigen::MatrixXd states;
+  const Eigen::MatrixXd q =
+      machine.run(StateVector::Zero(2), time, drives, 0, 200, 1e-3, machine.hidden_at_rest(), &states);
+  // x = m - q: x'' = force / inertia - (stiffness x + damping x') both, and inertia m + mass q = force t^2 / 2.
+  const double both = 1.0 / inertia + 1.0 / mass, fades = 0.5 * damping * both;
+  const double swings = std::sqrt(stiffness * both - fades * fades), rests = force / (inertia * stiffness * both);
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    const double t = time[k];
+    const double x =
+        rests * (1.0 - std::exp(-fades * t) * (std::cos(swings * t) + fades / swings * std::sin(swings * t)));
+    CAPTURE(inertia, stiffness, t);
+    CHECK(std::abs(q(static_cast<Eigen::Index>(k), 0) - (0.5 * force * t * t - inertia * x) / (inertia + mass)) < 2e-6);
+  }
+  const HiddenStates then =
+      machine.hidden_after(machine.hidden_at_rest(), time, states.leftCols(1), states.rightCols(1), drives, 0, 200);
+  CHECK(inertia * then.effects[1] + mass * states(200, 1) == Approx(force * time.back()).epsilon(1e-3));
 }
