@@ -162,11 +162,11 @@ class Machine:
                     if sticks and sign == 0:
                         f, holds = self.torque(q, 0.0, through(0.0, push)), self.dry(q, 0.0, push[0])[1]
                         if abs(f) <= holds:
-                            if lag and not spring:
-                                push = (target + (push[0] - target) * math.exp(-rest / lag), 0.0, 0.0)
                             if spring:
                                 middle = tuple(p + rest / 2 * d for p, d in zip(push, pushing(0.0, push, target)))
                                 push = tuple(p + rest * d for p, d in zip(push, pushing(0.0, middle, target)))
+                            elif lag:
+                                push = (target + (push[0] - target) * math.exp(-rest / lag), 0.0, 0.0)
                             break
                         sign = 1 if f > 0 else -1
                     then = step((q, v, *push), target, sign, rest)

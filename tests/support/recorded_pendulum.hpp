@@ -53,6 +53,4 @@ inline Measured without_beginning(Measured data, Eigen::Index samples) {
   return data;
 }
 
-inline std::vector<std::size_t> whole_catalogue() { return usual_effects(); }
-
 }  // namespace bayesctrl::testing

@@ -40,9 +40,8 @@ bool overlap(const RecordingFile& a, const RecordingFile& b) {
 }  // namespace
 
 EffectNames EffectNames::usual() {
-  EffectNames list;
-  for (const std::size_t kind : usual_effects()) list.push_back(kind);
-  return list;
+  const std::vector<std::size_t> list = usual_effects();
+  return {list.begin(), list.end()};
 }
 
 void read_value(const Node& node, Clock& clock) {

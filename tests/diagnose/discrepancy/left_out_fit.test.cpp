@@ -11,7 +11,7 @@
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
-using testing::kPendulum, testing::record, testing::whole_catalogue;
+using testing::kPendulum, testing::record;
 
 namespace {
 
@@ -32,7 +32,7 @@ TEST_CASE("A fit without a recording is what the others give", "[diagnose][left_
     here.push_back({CoggingTorque{0.03 * r, 5.0, 0.4}, 0, -1});
     data.push_back(record(Machine(kPendulum, here), -1.0, 70 + static_cast<std::uint64_t>(r)));
   }
-  const ExplainOptions options{whole_catalogue(), {}};
+  const ExplainOptions options{usual_effects(), {}};
   const auto fitted = [&](const std::vector<Measured>& recordings) {
     const Explanation found = explain(kPendulum, recordings, options);
     const FitProblem problem = problem_about(*found.linearisation, found, recordings, options);
@@ -60,7 +60,7 @@ TEST_CASE("What acts in one recording stays when that one is left out", "[diagno
     const std::vector<Effect> here = r == step.recording ? std::vector<Effect>{step} : std::vector<Effect>{};
     data.push_back(record(Machine(kPendulum, here), -1.0, 80 + static_cast<std::uint64_t>(r)));
   }
-  const ExplainOptions options{whole_catalogue(), {}};
+  const ExplainOptions options{usual_effects(), {}};
   const Explanation found = explain(kPendulum, data, options);
   REQUIRE(key(found.best().fit.effects) == key({step}));
   const FitProblem problem = problem_about(*found.linearisation, found, data, options);

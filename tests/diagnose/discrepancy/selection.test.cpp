@@ -9,7 +9,7 @@
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
-using testing::kPendulum, testing::record, testing::whole_catalogue;
+using testing::kPendulum, testing::record;
 
 namespace {
 
@@ -29,7 +29,7 @@ struct Errors {
 Errors on_fresh(const Machine& machine, double strength) {
   const std::vector<Measured> data{record(machine, -1.0, 51), record(machine, -1.0, 52), record(machine, -1.0, 53)};
   const std::vector<Measured> fresh{record(machine, -1.0, 54, 1.0, strength)};
-  const ExplainOptions options{whole_catalogue(), {}};
+  const ExplainOptions options{usual_effects(), {}};
   const Explanation found = explain(kPendulum, data, options);
   const std::vector<TorquePrior> prior = likely_torque_prior(kPendulum, data, found.noise);
   std::vector<Trajectory> motion, fresh_motion;

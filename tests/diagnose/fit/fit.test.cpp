@@ -9,7 +9,7 @@
 
 using namespace bayesctrl;
 
-using testing::kPendulum, testing::record, testing::whole_catalogue;
+using testing::kPendulum, testing::record;
 
 namespace {
 
@@ -20,7 +20,7 @@ void check_equivalents_are_said(const Plant& plant, const std::vector<Effect>& s
   REQUIRE(others.size() == 1);
   const Machine machine(plant, set);
   const std::vector<Measured> data{record(machine, -1.0, 91), record(machine, -1.0, 92)};
-  const Explanation found = explain(plant, data, {whole_catalogue(), {}});
+  const Explanation found = explain(plant, data, {usual_effects(), {}});
   double said = -kInfinity, equivalent = -kInfinity;
   for (const Candidate& candidate : found.candidates) {
     if (key(candidate.fit.effects) == key(set)) said = candidate.fit.log_evidence;
@@ -38,7 +38,7 @@ TEST_CASE("Friction that gives before it slides is found across a gap, after whi
   const PreslidingHysteresis hidden{12.0, 0.25};
   const Machine machine(kPendulum, {{hidden, 0, -1}});
   const std::vector<Measured> data{record(machine, 4.3, 1), record(machine, 6.1, 2)};
-  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
+  const Explanation found = explain(kPendulum, data, {usual_effects(), {}});
   const Fit& best = found.best().fit;
   REQUIRE(best.effects.size() == 1);
   const auto* law = best.effects[0].form.get_if<PreslidingHysteresis>();
@@ -75,7 +75,7 @@ TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnos
   CAPTURE(part, lag);
   const Machine machine(kPendulum, {{CoulombFriction{0.15}, 0, -1}, {ActuatorLag{lag}, 0, -1}});
   const std::vector<Measured> data{record(machine, -1.0, 5, part), record(machine, 4.0, 6, part)};
-  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
+  const Explanation found = explain(kPendulum, data, {usual_effects(), {}});
   const Fit& best = found.best().fit;
   CHECK(key(best.effects) == key(machine.effects()));
   CHECK(found.p_value(best) > 1e-3);
@@ -93,7 +93,7 @@ TEST_CASE("Among finalists a larger set fits no worse than the sets that it cont
   INFO(name_of(hidden));
   const Machine machine(kPendulum, {{hidden, 0, -1}});
   const std::vector<Measured> data{record(machine, -1.0, 3), record(machine, -1.0, 4)};
-  const Explanation found = explain(kPendulum, data, {whole_catalogue(), {}});
+  const Explanation found = explain(kPendulum, data, {usual_effects(), {}});
   CHECK(key(found.best().fit.effects) == key({{hidden, 0, -1}}));
   int compared = 0;
   for (const Candidate& larger : found.candidates) {
@@ -231,7 +231,7 @@ TEST_CASE("A window that begins far from where the machine was is found again", 
   CAPTURE(position, velocity);
   const Machine machine(kPendulum, {{CoulombFriction{0.15}, 0, -1}});
   const std::vector<Measured> data{record(machine, -1.0, 7), record(machine, -1.0, 8)};
-  const ExplainOptions options{whole_catalogue(), {}};
+  const ExplainOptions options{usual_effects(), {}};
   const Explanation found = explain(kPendulum, data, options);
   const FitProblem problem = problem_about(*found.linearisation, found, data, options);
   const Fit& best = found.best().fit;

@@ -143,8 +143,8 @@ TEST_CASE("For every faint effect in an arm the linear response gives nearly the
     const Fit fit = about.at_truth(effects);
     Eigen::MatrixXd linear = linear_jacobian(about.problem, fit);
     Eigen::MatrixXd exact = ExactJacobian(about.problem, fit, linear).jacobian();
-    if (effects[0].form.roles().hidden_state) {  // where a state is not known it does part of the work: linear response
-                                                 // does not say
+    // Where a hidden state is not known it does part of the work, of which the linear response knows nothing.
+    if (effects[0].form.roles().hidden_state) {
       const Eigen::Index opening = about.response.row_count(0);
       linear.topRows(opening).setZero();
       exact.topRows(opening).setZero();

@@ -10,7 +10,7 @@
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
-using testing::kPendulum, testing::record, testing::whole_catalogue;
+using testing::kPendulum, testing::record;
 
 namespace {
 

@@ -14,7 +14,7 @@ using namespace bayesctrl;
 namespace {
 
 struct Searched : testing::RecordedFits {
-  explicit Searched(const std::vector<Effect>& hidden) : RecordedFits(hidden, testing::whole_catalogue()) {}
+  explicit Searched(const std::vector<Effect>& hidden) : RecordedFits(hidden, usual_effects()) {}
 
   const Dictionary& dictionary() const { return about->dictionary; }
   Eigen::MatrixXd jacobian(const Fit& fit) const { return linear_jacobian(fits.problem(), fit); }

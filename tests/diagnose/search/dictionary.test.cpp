@@ -8,13 +8,13 @@
 #include "support/linearised_pendulum.hpp"
 
 using namespace bayesctrl;
-using testing::LinearisedPendulum, testing::whole_catalogue;
+using testing::LinearisedPendulum;
 
 TEST_CASE("Columns are what effects do, a fifth of what the nominal's torques do", "[diagnose][search]") {
   const LinearisedPendulum pendulum(2);
   const Forcing& forcing = *pendulum.about.forcing;
   const LinearResponse& response = *pendulum.about.response;
-  const Dictionary dictionary = make_dictionary(response, forcing, whole_catalogue());
+  const Dictionary dictionary = make_dictionary(response, forcing, usual_effects());
   std::set<std::size_t> kinds;
   for (const Suspect& suspect : dictionary.suspects) {
     kinds.insert(suspect.kind);

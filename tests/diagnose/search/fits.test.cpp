@@ -132,7 +132,7 @@ TEST_CASE("A set that stopped short of what it contains begins there once more",
 
 TEST_CASE("A fit that stopped short begins again from the numbers that say most along the motion",
           "[diagnose][search]") {
-  testing::RecordedFits recorded({{HardStop{0.5, 20.0, 0.5}, 0}, {InputDeadZone{0.8}, 0}}, testing::whole_catalogue());
+  testing::RecordedFits recorded({{HardStop{0.5, 20.0, 0.5}, 0}, {InputDeadZone{0.8}, 0}}, usual_effects());
   recorded.noise *= 60.0;  // so that what is left is near enough to be worth the while
   recorded.linearise(recorded.about->paths);
   const std::vector<Effect> start{{HardStop{0.2, 100.0, 0.1}, 0}, {InputDeadZone{0.1}, 0}};

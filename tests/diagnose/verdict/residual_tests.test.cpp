@@ -9,7 +9,7 @@
 #include "support/recorded_pendulum.hpp"
 
 using namespace bayesctrl;
-using testing::kPendulum, testing::record, testing::whole_catalogue;
+using testing::kPendulum, testing::record;
 
 namespace {
 
@@ -20,7 +20,7 @@ struct Tested {
   ResidualTests nominal, best;
 };
 Tested test(const std::vector<Measured>& data) {
-  const ExplainOptions options{whole_catalogue(), {}};
+  const ExplainOptions options{usual_effects(), {}};
   const Explanation found = explain(kPendulum, data, options);
   const Linearisation& about = *found.linearisation;
   const FitProblem problem = problem_about(about, found, data, options);
