@@ -1,17 +1,39 @@
 #include "control/learner.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "base/error.hpp"
 
 namespace bayesctrl {
 
-std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, long step) {
-  if ((belief.drift_variance.array() > learner.drift_threshold).any()) return Probe{Probe::kDrift, step};
-  const auto n = belief.drift_variance.size();
-  for (int j = 0; j < n; ++j) {
-    bool uncertain = belief.log_gain_variance[j] > learner.gain_threshold;
-    for (int i = 0; i < n; ++i)
-      uncertain = uncertain || (i != j && belief.gain_variance(i, j) > learner.gain_threshold);
-    if (uncertain) return Probe{j, step};
+namespace {
+
+constexpr double kGainShare = 0.25;  // of the threshold: variance of one sample of log b for which a probe is held
+constexpr double kNews = 2.0;        // standard deviations beyond which a sample in passing is always learned
+
+}  // namespace
+
+std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& noise, int last,
+                            long step) {
+  const bool in_turn = learner.order == ProbeOrder::in_turn;
+  const auto n = static_cast<int>(belief.drift_variance.size());
+  const auto uncertain = [&](int column) {
+    bool any = column != Probe::kDrift && belief.log_gain_variance[column] > learner.gain_threshold;
+    for (int i = 0; i < n; ++i) {
+      if (column == Probe::kDrift) {
+        const double least = in_turn ? noise[i] : 0.0;
+        any = any || belief.drift_variance[i] > std::max(learner.drift_threshold, least);
+      } else if (i != column) {
+        any = any || belief.gain_variance(i, column) > learner.gain_threshold;
+      }
+    }
+    return any;
+  };
+  const int first = in_turn ? last + 1 : Probe::kDrift;
+  for (int turn = 0; turn <= n; ++turn) {
+    const int column = (first - Probe::kDrift + turn) % (n + 1) + Probe::kDrift;
+    if (uncertain(column)) return Probe{column, step};
   }
   return std::nullopt;
 }
@@ -27,44 +49,122 @@ JointVector probing_input(const Learner& learner, const Probe& probe, int inputs
 
 Derivative estimate_from_states(const std::array<StateVector, 3>& x, double dt) {
   const Eigen::Index n = x[0].size() / 2;
-  return {x[1], (x[2].tail(n) - x[0].tail(n)) / (2.0 * dt)};
+  return {x[1], (x[2].tail(n) - x[0].tail(n)) / (2.0 * dt), JointVector::Zero(n), {}};
 }
 
 Derivative estimate_from_positions(const std::array<StateVector, 3>& x, double dt) {
   const Eigen::Index n = x[0].size() / 2;
-  Derivative result{x[1], (x[2].head(n) - 2.0 * x[1].head(n) + x[0].head(n)) / (dt * dt)};
+  Derivative result{x[1], (x[2].head(n) - 2.0 * x[1].head(n) + x[0].head(n)) / (dt * dt), JointVector::Zero(n), {}};
   result.x.tail(n) = (x[2].head(n) - x[0].head(n)) / (2.0 * dt);
   return result;
 }
 
-int absorb(Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample) {
+namespace {
+
+std::span<const double> span_of(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
+
+/// How surprising a sample is, (y - E y) / sd y.
+double surprise(const Marginal& before, double y, double noise) {
+  return (y - before.mean) / std::sqrt(before.variance + noise);
+}
+
+/// Extends a process by one sample, with a noise of its own where it has one; one that cannot be taken is skipped.
+void extend(Posterior& process, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
+  try {
+    if (noise) {
+      process.extend(span_of(x), y, *noise);
+    } else {
+      process.extend(span_of(x), y);
+    }
+    ++result.taken;
+  } catch (const NumericalError&) {
+    ++result.skipped;
+  }
+}
+
+/// The same, and notes the surprise in slot i.
+void learn(Posterior& process, int i, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
+  result.surprises[i] = surprise(process.predict(span_of(x)), y, noise.value_or(process.prior().noise_variance));
+  extend(process, x, y, noise, result);
+}
+
+}  // namespace
+
+double asked_gain_variance(const Learner& learner) { return kGainShare * learner.gain_threshold; }
+
+GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample) {
+  const int n = belief.joints(), j = probe.column;
+  const double u = sample.variance ? sample.input[j] : probing_input(learner, probe, n)[j];
+  GainEstimate by_drift{JointVector(n), JointVector(n)};
+  for (int i = 0; i < n; ++i) {
+    const Marginal drift = belief.drift(i).predict(span_of(sample.x));
+    by_drift.value[i] = (sample.acceleration[i] - drift.mean) / u;
+    const double measured = sample.variance ? (*sample.variance)[i] : 0.0;
+    by_drift.variance[i] = (belief.drift(i).prior().noise_variance + drift.variance + measured) / (u * u);
+  }
+  if (!sample.gain) return by_drift;
+  const double jump = (*sample.gain)[j], variance = (*sample.gain_variance)[j];
+  const bool enough = jump > 0.0 && variance <= asked_gain_variance(learner) * jump * jump;
+  const bool better = variance < by_drift.variance[j];
+  return enough || better ? GainEstimate{*sample.gain, *sample.gain_variance} : by_drift;
+}
+
+Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample) {
   const int n = belief.joints();
-  const std::span<const double> x(sample.x.data(), static_cast<std::size_t>(sample.x.size()));
+  Absorbed result{0, 0, 0, JointVector::Zero(n)};
   if (probe.column == Probe::kDrift) {
-    for (int i = 0; i < n; ++i) belief.drift(i).extend(x, sample.acceleration[i]);
-    return 0;
+    for (int i = 0; i < n; ++i) {
+      std::optional<double> noise;
+      if (sample.variance) noise = belief.drift(i).prior().noise_variance + (*sample.variance)[i];
+      learn(belief.drift(i), i, sample.x, sample.acceleration[i], noise, result);
+    }
+    return result;
   }
 
   const int j = probe.column;
-  const double u = probing_input(learner, probe, n)[j];
-  JointVector estimate(n), variance(n);
-  for (int i = 0; i < n; ++i) {
-    const Marginal drift = belief.drift(i).predict(x);
-    estimate[i] = (sample.acceleration[i] - drift.mean) / u;
-    variance[i] = (belief.drift(i).prior().noise_variance + drift.variance) / (u * u);
-  }
-  if (!(estimate[j] > 0.0)) return 1;
+  const auto [estimate, variance] = estimate_gain(belief, learner, probe, sample);
+  if (!(estimate[j] > 0.0)) return {1, 0, 0, JointVector::Zero(n)};
   for (int i = 0; i < n; ++i) {
     Posterior& gain = belief.gain(i, j);
     const double target = i == j ? std::log(estimate[i]) : estimate[i];
-    const double propagated = i == j ? variance[i] / (estimate[i] * estimate[i]) : variance[i];
-    if (learner.gain_noise == GainNoise::propagated) {
-      gain.extend(x, target, propagated);
-    } else {
-      gain.extend(x, target);
-    }
+    const double scale = i == j ? 1.0 / (estimate[i] * estimate[i]) : 1.0;
+    std::optional<double> noise;
+    if (learner.gain_noise == GainNoise::propagated) noise = variance[i] * scale;
+    if (sample.variance) noise = variance[i] * scale + gain.prior().noise_variance;
+    learn(gain, i, sample.x, target, noise, result);
   }
-  return 0;
+  return result;
+}
+
+Absorbed absorb_in_passing(Belief& belief, const Learner& learner, const Derivative& sample) {
+  const int n = belief.joints();
+  Absorbed result{0, 0, 0, JointVector::Zero(n)};
+  const BeliefMarginals believed = belief.predict(sample.x);
+  const JointVector u = sample.input, u_squared = u.cwiseAbs2();
+  for (int i = 0; i < n; ++i) {
+    const double measured = belief.drift(i).prior().noise_variance + (sample.variance ? (*sample.variance)[i] : 0.0);
+    const double rest = sample.acceleration[i] - believed.drift_mean[i] - believed.gain_mean.row(i).dot(u);
+    const double of_gain = believed.gain_variance.row(i).dot(u_squared), open = believed.drift_variance[i] + of_gain;
+    const double z =
+        rest / std::sqrt(open + of_gain + measured);  // twice: samples in passing have that error in common
+    result.surprises[i] = z;
+    if (open < std::min(learner.drift_threshold, measured) && std::abs(z) < kNews) continue;
+
+    int vague = 0;  // input of the least known gain
+    believed.gain_variance.row(i).transpose().cwiseProduct(u_squared).maxCoeff(&vague);
+    const double by_gain = believed.gain_variance(i, vague) * u_squared[vague];
+    const double estimate = believed.gain_mean(i, vague) + rest / u[vague];
+    if (by_gain <= believed.drift_variance[i] || (i == vague && !(estimate > 0.0))) {
+      const double noise = measured + open - believed.drift_variance[i];
+      extend(belief.drift(i), sample.x, believed.drift_mean[i] + rest, noise, result);
+      continue;
+    }
+    Posterior& gain = belief.gain(i, vague);
+    const double scale = i == vague ? 1.0 / (estimate * estimate) : 1.0;
+    const double noise = gain.prior().noise_variance + (measured + open - by_gain) / u_squared[vague] * scale;
+    extend(gain, sample.x, i == vague ? std::log(estimate) : estimate, noise, result);
+  }
+  return result;
 }
 
 }  // namespace bayesctrl

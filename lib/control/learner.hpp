@@ -9,6 +9,8 @@
 #include "base/fields.hpp"
 #include "base/vector.hpp"
 #include "control/belief.hpp"
+#include "control/monitor.hpp"
+#include "control/window.hpp"
 
 namespace bayesctrl {
 
@@ -17,9 +19,14 @@ enum class Schedule { from_start, after_probe };
 constexpr std::array<std::string_view, 2> names(Schedule) { return {"from_start", "after_probe"}; }
 
 /// Noise of a sample of log b: the prior's, or the paper's Eq. for var b_j, (var x2' + var a) / u_j^2, carried through
-/// the logarithm (divided by b_j^2).
+/// the logarithm (divided by b_j^2). Samples from windows have the prior's and their own.
 enum class GainNoise { prior, propagated };
 constexpr std::array<std::string_view, 2> names(GainNoise) { return {"prior", "propagated"}; }
+
+/// What is probed where several functions are uncertain: the drift as long as it is, or each in its turn, the drift
+/// only where one sample would halve its variance.
+enum class ProbeOrder { drift_first, in_turn };
+constexpr std::array<std::string_view, 2> names(ProbeOrder) { return {"drift_first", "in_turn"}; }
 
 /// When to learn, and by which probing action (the paper's learning procedure).
 struct Learner {
@@ -30,6 +37,9 @@ struct Learner {
   Schedule schedule = Schedule::from_start;
   int hold_periods = 3;
   GainNoise gain_noise = GainNoise::prior;
+  ProbeOrder order = ProbeOrder::drift_first;
+  std::optional<DerivativeWindow> window;
+  std::optional<Monitor> monitor;
 
   static void fields(auto& self, auto&& field) {
     field("period", self.period,
@@ -44,9 +54,17 @@ struct Learner {
     field("hold_periods", self.hold_periods,
           {between(2, 1000), "", "control periods for which a probe holds its input"});
     field("gain_noise", self.gain_noise, {.text = "noise of a sample of log b: the prior's, or propagated from var a"});
+    field(
+        "order", self.order,
+        {.text = "probe a until it is certain, or a and each column of b in turn, a where a sample would be worth it"});
+    field("window", self.window,
+          {.text = "derivatives from windows of samples, with their variance; null: from three"});
+    field("monitor", self.monitor,
+          {.text = "learn in passing too, and widen the prior where its errors are too large; null: only by probes"});
   }
 
   std::string problem() const {
+    if (monitor && !window) return "monitor needs a window: what is learned in passing is measured over one";
     for (const double u : probing_input) {
       if (u == 0.0) return "probing_input must not be 0: b cannot be seen without an input";
     }
@@ -63,26 +81,58 @@ struct Probe {
 };
 
 /// What the learner decides at a learning instant: the drift where it is uncertain, else the first uncertain column of
-/// b, else nothing. A column is uncertain by log b_jj or, beside the diagonal, by b_ij (same threshold).
-std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, long step);
+/// b, else nothing. A column is uncertain by log b_jj or, beside the diagonal, by b_ij (same threshold). In turn: the
+/// first that is uncertain after the column `last`, and the drift's threshold is not below `noise`, the variance of one
+/// sample of each joint.
+std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& noise, int last,
+                            long step);
 
 /// The input that a probe holds: 0 for the drift, u_j e_j for column j.
 JointVector probing_input(const Learner& learner, const Probe& probe, int inputs);
 
-/// State and acceleration in the middle of three samples at t, t + dt, t + 2 dt.
+/// State and acceleration at one time, and the input that acted then. Without a variance the prior's noise is a
+/// sample's.
 struct Derivative {
-  StateVector x;  // [q, v] at t + dt
+  StateVector x;  // [q, v]
   JointVector acceleration;
+  JointVector input;                                   // mean over what the acceleration was measured on
+  std::optional<JointVector> variance{};               // of the acceleration
+  std::optional<JointVector> gain{}, gain_variance{};  // of the probed column, where it was measured without the drift
 };
 
-/// The paper's second-order estimate (x(t + 2 dt) - x(t)) / (2 dt) of the velocity's derivative.
+/// The paper's second-order estimate (x(t + 2 dt) - x(t)) / (2 dt) of the velocity's derivative, at t + dt.
 Derivative estimate_from_states(const std::array<StateVector, 3>& x, double dt);
 
 /// From positions only: v = (q2 - q0) / (2 dt), q'' = (q2 - 2 q1 + q0) / dt^2.
 Derivative estimate_from_positions(const std::array<StateVector, 3>& x, double dt);
 
-/// Absorbs the sample of one finished probe into the belief. Returns the number of refused estimates: a diagonal gain
-/// that is not positive has no logarithm, and the whole column's sample is left out.
-int absorb(Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample);
+/// The probed column of b, one value per joint.
+struct GainEstimate {
+  JointVector value, variance;
+};
+
+/// Eq. (5) and (6) of the paper, by what is believed of the drift. Where a jump of the input told b without it, that is
+/// the estimate if its relative variance is at most `enough`, or less than that of the other.
+GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample);
+
+/// Relative variance of an estimate of b_jj with which a probe is content.
+double asked_gain_variance(const Learner& learner);
+
+/// What became of a sample.
+struct Absorbed {
+  int refused = 0;        // estimates of a gain that were not positive: the whole column's sample is left out
+  int skipped = 0;        // samples that a process could not take: a repetition without noise, for example
+  int taken = 0;          // samples that extended a process
+  JointVector surprises;  // (y - E y) / sd y of what was learned, by what was believed before
+};
+
+/// Absorbs the sample of one finished probe into the belief.
+Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample);
+
+/// Absorbs a sample that was taken without a probe, q'' = a(x) + sum_j b_j(x) u_j, where it is news. For each joint it
+/// teaches the one function of which least is known there: a, or b_ij times its input; what the others leave open is
+/// part of its noise. It is no news where q'' is known to within the drift's threshold, and better than it is measured,
+/// and nothing surprises.
+Absorbed absorb_in_passing(Belief& belief, const Learner& learner, const Derivative& sample);
 
 }  // namespace bayesctrl

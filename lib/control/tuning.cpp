@@ -1,21 +1,47 @@
 #include "control/tuning.hpp"
 
+#include <cmath>
+
+#include "base/error.hpp"
+
 namespace bayesctrl {
 
-int tune(Posterior& data, const EvidenceOptions& options, RandomStream& random) {
-  if (data.size() == 0) return 0;
-  const EvidenceSummary best = maximize_evidence(data.prior(), data, options, random);
-  data = condition(best.prior, data);
-  return best.evaluations;
+TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random) {
+  if (data.size() == 0) return {};
+  try {
+    const EvidenceSummary best = maximize_evidence(data.prior(), data, options, random);
+    data = condition(best.prior, data);
+    return {best.evaluations, 0};
+  } catch (const NumericalError&) {
+    return {0, 1};
+  }
 }
 
-int tune(Belief& belief, const Tuning& tuning, RandomStream& random) {
-  int evaluations = 0;
+TuneResult tune(Belief& belief, const Tuning& tuning, RandomStream& random) {
+  TuneResult result;
+  const auto add = [&](Posterior& process, const EvidenceOptions& options) {
+    if (process.size() < tuning.least_samples) return;
+    const TuneResult one = tune(process, options, random);
+    result.evaluations += one.evaluations;
+    result.failed += one.failed;
+  };
   for (int i = 0; i < belief.joints(); ++i) {
-    evaluations += tune(belief.drift(i), tuning.evidence, random);
-    for (int j = 0; j < belief.joints(); ++j) evaluations += tune(belief.gain(i, j), tuning.for_gain(), random);
+    add(belief.drift(i), tuning.evidence);
+    for (int j = 0; j < belief.joints(); ++j) add(belief.gain(i, j), tuning.for_gain());
   }
-  return evaluations;
+  return result;
+}
+
+void widen(Posterior& data) {
+  const double excess = data.mean_squared_innovation();
+  if (!(excess > 1.0)) return;
+  GaussianProcess prior = data.prior();
+  scale_output(prior.kernel, std::sqrt(excess));
+  try {
+    data = condition(prior, data);
+  } catch (const NumericalError&) {
+    return;  // as it was
+  }
 }
 
 }  // namespace bayesctrl

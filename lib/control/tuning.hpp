@@ -17,12 +17,18 @@ constexpr std::array<std::string_view, 3> names(TuneWhen) { return {"never", "ev
 struct Tuning {
   TuneWhen when = TuneWhen::never;
   int every = 1;
+  double growth = 1.0;
+  int least_samples = 1;
   EvidenceOptions evidence;
   std::optional<EvidenceOptions> gain_evidence;
 
   static void fields(auto& self, auto&& field) {
     field("when", self.when, {.text = "after samples, at the end of the run, or never"});
     field("every", self.every, {between(1, 1e6), "", "with every_sample: only after every k-th sample of a process"});
+    field("growth", self.growth,
+          {between(1, 100), "",
+           "with every_sample: only where a process has so many times as many samples as last time"});
+    field("least_samples", self.least_samples, {between(1, 1e6), "", "a process with fewer samples is not tuned"});
     field("evidence", self.evidence, {.text = "how the marginal likelihood is maximised"});
     field("gain_evidence", self.gain_evidence, {.text = "the same for the processes of b, where it differs"});
   }
@@ -31,11 +37,19 @@ struct Tuning {
   bool operator==(const Tuning&) const = default;
 };
 
-/// Maximises the evidence of one process under its data and conditions the optimum on them. `data` keeps its samples.
-/// Returns the number of likelihood evaluations.
-int tune(Posterior& data, const EvidenceOptions& options, RandomStream& random);
+struct TuneResult {
+  int evaluations = 0;  // of the likelihood
+  int failed = 0;       // processes whose likelihood could not be evaluated, which stay as they were
+};
 
-/// Tunes every process of the belief that holds data.
-int tune(Belief& belief, const Tuning& tuning, RandomStream& random);
+/// Maximises the evidence of one process under its data and conditions the optimum on them. `data` keeps its samples.
+TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random);
+
+/// Tunes every process of the belief that holds as many samples as it must.
+TuneResult tune(Belief& belief, const Tuning& tuning, RandomStream& random);
+
+/// Scales a prior whose data surprise it, whose mean of the squared standardised innovations is above 1, until that
+/// mean is 1 if all of it is the function's: a wider output scale.
+void widen(Posterior& data);
 
 }  // namespace bayesctrl

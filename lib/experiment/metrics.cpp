@@ -29,7 +29,29 @@ double peak_input(const LoopResult& result) {
   return peak;
 }
 
+/// When the position has come to stay near the reference: within 5 % of the first distance, or 0.05.
+double settling_time(const LoopResult& result) {
+  if (result.status != RunStatus::ok || result.steps.empty()) return kNotApplicable;
+  const auto distance = [](const LoopStep& step) { return (step.position - step.reference.position).norm(); };
+  const double band = std::max(0.05 * distance(result.steps.front()), 0.05);
+  double settled = kNotApplicable;
+  for (auto step = result.steps.rbegin(); step != result.steps.rend() && distance(*step) <= band; ++step) {
+    settled = step->time;
+  }
+  return settled;
+}
+
 bool adaptive(const Outcome& outcome) { return outcome.result.belief.joints() > 0; }
+
+bool watched(const Outcome& outcome) { return outcome.result.learning.monitored; }
+
+/// What is worth a column only where it happened.
+double if_any(int count) { return count > 0 ? count : kNotApplicable; }
+
+double estimated_delay(const LoopResult& result) {
+  const auto& timing = result.learning.timing;
+  return timing ? timing->delay + timing->lag : kNotApplicable;
+}
 
 constexpr std::array kMetrics{
     Metric{"energy", "u^2 s", "integral of |u|^2, the paper's control energy", false,
@@ -53,11 +75,29 @@ constexpr std::array kMetrics{
            [](const Study&, const Outcome& o) {
              return adaptive(o) ? o.result.belief.gain_points() - o.start_gain_points : kNotApplicable;
            }},
-    Metric{
-        "refused_gain_estimates", "", "estimates of b that were not positive and were left out", true,
-        [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.refused_gain_estimates : kNotApplicable; }},
+    Metric{"refused_gain_estimates", "", "estimates of b that were not positive and were left out", true,
+           [](const Study&, const Outcome& o) {
+             return adaptive(o) ? o.result.learning.refused_gain_estimates : kNotApplicable;
+           }},
     Metric{"tuning_evaluations", "", "evaluations of the marginal likelihood", true,
-           [](const Study&, const Outcome& o) { return adaptive(o) ? o.result.tuning_evaluations : kNotApplicable; }},
+           [](const Study&, const Outcome& o) {
+             return adaptive(o) ? o.result.learning.tuning_evaluations : kNotApplicable;
+           }},
+    Metric{"skipped_samples", "", "samples that a process could not take, such as a repetition without noise", true,
+           [](const Study&, const Outcome& o) { return if_any(o.result.learning.skipped_samples); }},
+    Metric{"failed_tunings", "", "tunings without a finite marginal likelihood, after which nothing was changed", true,
+           [](const Study&, const Outcome& o) { return if_any(o.result.learning.failed_tunings); }},
+    Metric{
+        "passing_points", "", "of the new points, taken without a probe", true,
+        [](const Study&, const Outcome& o) { return watched(o) ? o.result.learning.passing_samples : kNotApplicable; }},
+    Metric{"alarms", "", "of the monitor: the belief was over-confident, its prior was widened", true,
+           [](const Study&, const Outcome& o) { return watched(o) ? o.result.learning.alarms : kNotApplicable; }},
+    Metric{"first_alarm", "s", "time of the first of them", false,
+           [](const Study&, const Outcome& o) { return o.result.learning.first_alarm.value_or(kNotApplicable); }},
+    Metric{"delay", "s", "found between an input and what is seen of it, delay and lag together", false,
+           [](const Study&, const Outcome& o) { return estimated_delay(o.result); }},
+    Metric{"settling_time", "s", "from when on the position stays within 5 % of its way, or 0.05, of the reference",
+           false, [](const Study&, const Outcome& o) { return settling_time(o.result); }},
     Metric{"final_angle", "rad or m", "position of joint 1 at the end", false,
            [](const Study&, const Outcome& o) { return last(o) ? last(o)->position[0] : kNotApplicable; }},
     Metric{"final_error", "", "|x - xi| at the end", false,

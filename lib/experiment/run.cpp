@@ -74,6 +74,7 @@ Outcome run_controller(const StudyOutcome& so_far, const std::string& name, cons
       }
       setup.belief =
           adaptive->keep_hyper_parameters ? teacher.result.belief : with_data(setup.belief, teacher.result.belief);
+      setup.timing = teacher.result.learning.timing;
     }
     Outcome outcome{name, {}, setup.belief.drift_points(), setup.belief.gain_points()};
     outcome.result = run_loop(setup, random_stream(study.seed, name));

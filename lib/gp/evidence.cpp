@@ -106,12 +106,14 @@ struct FreeParameters {
   std::vector<double*> values;
   std::vector<Eigen::Index> index;  // place in the evidence's gradient
   std::vector<double> low, high;
+  std::vector<std::optional<HyperPrior>> priors;
 };
 
-FreeParameters free_parameters(GaussianProcess& prior, const EvidenceBounds& bounds) {
+FreeParameters free_parameters(GaussianProcess& prior, const EvidenceOptions& options) {
+  const auto& [bounds, priors, evaluations, restarts] = options;
   FreeParameters free;
   Eigen::Index index = 0;
-  const auto add = [&](double& value, const std::vector<double>& bound) {
+  const auto add = [&](double& value, const std::vector<double>& bound, const std::optional<HyperPrior>& believed) {
     if (std::isfinite(value)) {
       value = std::min(std::max(value, bound[0]), bound[1]);
       if (bound[0] < bound[1]) {
@@ -119,17 +121,23 @@ FreeParameters free_parameters(GaussianProcess& prior, const EvidenceBounds& bou
         free.index.push_back(index);
         free.low.push_back(std::log(bound[0]));
         free.high.push_back(std::log(bound[1]));
+        free.priors.push_back(believed);
       }
     }
     ++index;
   };
   for (const HyperParameter& parameter : hyper_parameters(prior.kernel)) {
-    add(*parameter.value, parameter.field == "output_scale"    ? bounds.output_scale
-                          : parameter.field == "length_scales" ? bounds.length_scale
-                          : parameter.field == "shape"         ? bounds.shape
-                                                               : bounds.period);
+    if (parameter.field == "output_scale") {
+      add(*parameter.value, bounds.output_scale, priors.output_scale);
+    } else if (parameter.field == "length_scales") {
+      add(*parameter.value, bounds.length_scale, priors.length_scale);
+    } else if (parameter.field == "shape") {
+      add(*parameter.value, bounds.shape, priors.shape);
+    } else {
+      add(*parameter.value, bounds.period, priors.period);
+    }
   }
-  add(prior.noise_variance, bounds.noise_variance);
+  add(prior.noise_variance, bounds.noise_variance, priors.noise_variance);
   return free;
 }
 
@@ -143,7 +151,7 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
                                   RandomStream& random) {
   EvidenceSummary best{prior, -kInfinity, 0, false};
   GaussianProcess candidate = prior;
-  const FreeParameters free = free_parameters(candidate, options.bounds);
+  const FreeParameters free = free_parameters(candidate, options);
   best.prior = candidate;
   if (free.values.empty() || data.size() == 0) {
     best.value = evidence(candidate, data).value;
@@ -158,8 +166,16 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
     place(x);
     try {
       const Evidence result = evidence(candidate, data);
-      for (Eigen::Index i = 0; i < size; ++i) gradient[i] = -result.gradient[free.index[i]];
-      return -result.value;
+      double value = -result.value;
+      for (Eigen::Index i = 0; i < size; ++i) {
+        gradient[i] = -result.gradient[free.index[i]];
+        if (const auto& believed = free.priors[static_cast<std::size_t>(i)]) {
+          const double z = (x[i] - std::log(believed->median)) / believed->spread;
+          value += 0.5 * z * z;
+          gradient[i] += z / believed->spread;
+        }
+      }
+      return value;
     } catch (const NumericalError&) {
       return kInfinity;  // outside the region in which the covariance can be factorised
     }

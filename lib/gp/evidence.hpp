@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,13 +43,42 @@ struct EvidenceBounds {
   bool operator==(const EvidenceBounds&) const = default;
 };
 
+/// Belief in a hyper-parameter before the data: its logarithm is normal.
+struct HyperPrior {
+  double median = 1.0;
+  double spread = 1.0;
+
+  static void fields(auto& self, auto&& field) {
+    field("median", self.median, {kPositive, "unit of the parameter", "median", kRequired});
+    field("spread", self.spread, {kPositive, "nat", "standard deviation of its logarithm", kRequired});
+  }
+  bool operator==(const HyperPrior&) const = default;
+};
+
+/// Hyper-priors, by kind of parameter; the evidence of few samples alone prefers long scales and small variances.
+struct HyperPriors {
+  std::optional<HyperPrior> output_scale, length_scale, shape, period, noise_variance;
+
+  static void fields(auto& self, auto&& field) {
+    field("output_scale", self.output_scale, {.text = "of output scales"});
+    field("length_scale", self.length_scale, {.text = "of every length scale"});
+    field("shape", self.shape, {.text = "of the shape of a rational quadratic"});
+    field("period", self.period, {.text = "of every period"});
+    field("noise_variance", self.noise_variance, {.text = "of the noise variance"});
+  }
+  bool operator==(const HyperPriors&) const = default;
+};
+
 struct EvidenceOptions {
   EvidenceBounds bounds;
+  HyperPriors hyper_priors;
   int max_evaluations = 100;  // of the likelihood, for each start
   int restarts = 0;           // further starts, drawn log-uniformly within the bounds
 
   static void fields(auto& self, auto&& field) {
     field("bounds", self.bounds, {.text = "bounds of the hyper-parameters"});
+    field("hyper_priors", self.hyper_priors,
+          {.text = "log-normal priors of the hyper-parameters; none: the evidence alone"});
     field("max_evaluations", self.max_evaluations,
           {between(1, 1e6), "", "evaluations of the likelihood for each start"});
     field("restarts", self.restarts, {between(0, 1000), "", "further starts, drawn log-uniformly within the bounds"});
@@ -58,13 +88,14 @@ struct EvidenceOptions {
 
 struct EvidenceSummary {
   GaussianProcess prior;  // with the best hyper-parameters found
-  double value = 0.0;     // its log marginal likelihood
+  double value = 0.0;     // its log marginal likelihood, with the logarithm of its hyper-priors up to a constant
   int evaluations = 0;
   bool converged = false;
 };
 
-/// Maximises the log marginal likelihood over the logarithms of the hyper-parameters by bounded L-BFGS, starting at
-/// `prior`. Never returns a prior whose likelihood is below that of the (bounded) start.
+/// Maximises the log marginal likelihood, or with hyper-priors the log posterior, over the logarithms of the
+/// hyper-parameters by bounded L-BFGS, starting at `prior`. Never returns a prior whose likelihood is below that of the
+/// (bounded) start.
 EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
                                   RandomStream& random);
 

@@ -85,6 +85,21 @@ double variance(const Kernel& kernel) {
       kernel.form);
 }
 
+void scale_output(Kernel& kernel, double factor) {
+  std::visit(
+      [&](auto& form) {
+        using Form = std::decay_t<decltype(form)>;
+        if constexpr (std::is_same_v<Form, Sum>) {
+          for (Kernel& term : form.terms) scale_output(term, factor);
+        } else if constexpr (std::is_same_v<Form, Product>) {
+          scale_output(form.factors.front(), factor);
+        } else {
+          form.output_scale *= factor;
+        }
+      },
+      kernel.form);
+}
+
 void evaluate(const Kernel& kernel, const InputBlock& inputs, const double* x, BlockArray& k) {
   std::visit(
       [&](const auto& form) {

@@ -57,6 +57,9 @@ inline bool Product::operator==(const Product& other) const { return factors == 
 /// k(x, x).
 double variance(const Kernel& kernel);
 
+/// Multiplies the function's scale by `factor`, its variance by the square.
+void scale_output(Kernel& kernel, double factor);
+
 /// k(x, X_i) for the inputs of one block.
 void evaluate(const Kernel& kernel, const InputBlock& inputs, const double* x, BlockArray& k);
 

@@ -86,10 +86,20 @@ Marginal Posterior::predict(std::span<const double> x) const {
   return {prior_mean + solved.dot(z), std::max(prior_variance_ - solved.squaredNorm(), 0.0)};
 }
 
+namespace {
+
+double squares_of(const std::vector<double>& z) {
+  double sum = 0.0;
+  for (const double value : z) sum += value * value;
+  return sum;
+}
+
+}  // namespace
+
+double Posterior::mean_squared_innovation() const { return size() == 0 ? 0.0 : squares_of(z_) / size(); }
+
 double Posterior::log_marginal_likelihood() const {
-  double squares = 0.0;
-  for (const double z : z_) squares += z * z;
-  return -0.5 * (squares + factor_.log_determinant() + size() * std::log(2.0 * std::numbers::pi));
+  return -0.5 * (squares_of(z_) + factor_.log_determinant() + size() * std::log(2.0 * std::numbers::pi));
 }
 
 Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::span<const double> targets,

@@ -83,6 +83,9 @@ class Posterior {
   /// Mean and variance of f(x), O(n^2). Allocates nothing.
   Marginal predict(std::span<const double> x) const;
 
+  /// Mean of ((y_k - E y_k) / sd y_k)^2, each sample predicted from those before it; 0 without data.
+  double mean_squared_innovation() const;
+
   /// log p(y | X) (Rasmussen & Williams 2006, Eq. 2.30).
   double log_marginal_likelihood() const;
 

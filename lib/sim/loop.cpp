@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kLongestStep = 2e-3;  // s, of a machine with effects
 
-/// The learner's memory between control calls.
-struct Learning {
-  std::optional<Probe> probe;
-  long next_instant = 0;
-  std::array<StateVector, 3> samples;  // measured since the probe began
-};
-
 /// The learner as the machine lets it act: what is learned from a probe is the effect of the input that was applied.
 Learner within_limits(Learner learner, const std::vector<double>& limit, int inputs) {
   if (limit.empty() || learner.probing_input.empty()) return learner;
@@ -39,37 +32,37 @@ class Loop {
       : setup_(setup),
         plant_(plant),
         controller_(controller),
-        learner_(within_limits(setup.learner, setup.input_limit, kJoints)),
         dt_(setup.control_period),
         count_(control_steps(setup.duration, setup.control_period)),
-        period_steps_(std::max(1L, std::lround(setup.learner.period / setup.control_period))),
-        measurement_(setup.sensor, dt_, kJoints, static_cast<std::size_t>(count_) + 1, random),
-        random_(random) {
+        measurement_(setup.sensor, dt_, kJoints, static_cast<std::size_t>(count_) + 1, random) {
     for (std::size_t i = 0; i < 2 * kJoints; ++i) y_[i] = setup.initial_state[static_cast<Eigen::Index>(i)];
     if (!setup.effects.empty() || !setup.remainder.empty()) {
       truth_ = Model{setup.plant, setup.effects, setup.remainder};
       machine_.emplace(setup.plant, setup.effects, setup.remainder);
       simulation_.emplace(*machine_, setup.initial_state, 0.0, kLongestStep);
     }
-    result_.belief = setup.belief;
     result_.steps.reserve(static_cast<std::size_t>(count_) + 1);
-    if constexpr (kLearns) result_.belief.reserve(static_cast<int>(count_ / std::max(3L, period_steps_)) + 2);
+    if constexpr (kLearns) {
+      learning_.emplace(LearningSetup{within_limits(setup.learner, setup.input_limit, kJoints), setup.tuning, dt_,
+                                      count_, setup.sensor.positions_only, setup.timing},
+                        setup.belief, random);
+    }
   }
 
   LoopResult run() {
     try {
       for (long k = 0; k < count_; ++k) advance(k);
       record(static_cast<double>(count_) * dt_, count_);
-      if constexpr (kLearns) {
-        if (setup_.tuning.when == TuneWhen::at_end) {
-          result_.tuning_evaluations += tune(result_.belief, setup_.tuning, random_);
-        }
-      }
+      if constexpr (kLearns) learning_->finish();
     } catch (const NumericalError& error) {
       result_.status = RunStatus::failed;
       result_.reason = error.what();
       // A control call that failed has settled no input: its step is left out.
       if (!result_.steps.empty() && result_.steps.back().input.size() == 0) result_.steps.pop_back();
+    }
+    if constexpr (kLearns) {
+      result_.learning = learning_->record();
+      result_.belief = learning_->take_belief();
     }
     result_.energy = y_[2 * kJoints];
     result_.squared_error = y_[2 * kJoints + 1];
@@ -183,64 +176,25 @@ class Loop {
     step.reference = reference(time);
     const StateVector seen = ControllerType::kContinuous ? state() : measurement_(state());
     if constexpr (kLearns) {
-      finish_probe(seen, k);
-      step.belief = result_.belief.predict(seen);
-      start_probe(step.belief, seen, k);
-      if (learning_.probe) {
-        step.mode = learning_.probe->column;
-        step.input = probing_input(learner_, *learning_.probe, kJoints);
-        return;
+      step.belief = learning_->see(k, seen);
+      if (const auto& probe = learning_->probe()) {
+        step.mode = probe->column;
+        step.input = learning_->input();
+      } else {
+        step.input = control(seen.head(kJoints), seen.tail(kJoints), time, &step.belief);
       }
-    }
-    step.input = control(seen.head(kJoints), seen.tail(kJoints), time, &step.belief);
-  }
-
-  void finish_probe(const StateVector& seen, long k) {
-    if (!learning_.probe) return;
-    const long age = k - learning_.probe->start;
-    if (age <= 2) learning_.samples[age] = seen;
-    if (age == 2) learn();
-    if (age < learner_.hold_periods) return;
-    learning_.probe.reset();
-    if (learner_.schedule == Schedule::after_probe) learning_.next_instant = k + period_steps_;
-  }
-
-  void start_probe(const BeliefMarginals& belief, const StateVector& seen, long k) {
-    if (k < learning_.next_instant) return;
-    if (!learning_.probe && k < count_) {
-      learning_.probe = decide(learner_, belief, k);
-      learning_.samples[0] = seen;
-    }
-    learning_.next_instant = k + period_steps_;
-  }
-
-  void learn() {
-    const Derivative sample = setup_.sensor.positions_only ? estimate_from_positions(learning_.samples, dt_)
-                                                           : estimate_from_states(learning_.samples, dt_);
-    const int refused = absorb(result_.belief, learner_, *learning_.probe, sample);
-    result_.refused_gain_estimates += refused;
-    if (setup_.tuning.when == TuneWhen::every_sample && refused == 0) tune_probed(learning_.probe->column);
-  }
-
-  /// Tunes the processes that the last probe extended.
-  void tune_probed(int column) {
-    for (int i = 0; i < static_cast<int>(kJoints); ++i) {
-      const bool drift = column == Probe::kDrift;
-      Posterior& process = drift ? result_.belief.drift(i) : result_.belief.gain(i, column);
-      if (process.size() % setup_.tuning.every != 0) continue;
-      result_.tuning_evaluations += tune(process, drift ? setup_.tuning.evidence : setup_.tuning.for_gain(), random_);
+      learning_->hold(step.input);
+    } else {
+      step.input = control(seen.head(kJoints), seen.tail(kJoints), time, nullptr);
     }
   }
 
   const LoopSetup& setup_;
   const PlantType& plant_;
   const ControllerType& controller_;
-  Learner learner_;
   double dt_;
   long count_;
-  long period_steps_;
   Measurement measurement_;
-  RandomStream random_;
   bool constant_reference_ = std::holds_alternative<Setpoint>(setup_.reference);
   ReferencePoint reference_ = at(setup_.reference, 0.0);
   std::optional<Model> truth_;  // of a machine with effects, as are the two below
@@ -248,7 +202,7 @@ class Loop {
   std::optional<Simulation> simulation_;
   OdeState y_{};
   double step_ = dt_;
-  Learning learning_;
+  std::optional<Learning> learning_;  // of a controller that learns
   LoopResult result_;
 };
 

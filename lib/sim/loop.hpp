@@ -7,7 +7,7 @@
 #include "base/random.hpp"
 #include "control/controller.hpp"
 #include "control/law.hpp"
-#include "control/learner.hpp"
+#include "control/learning.hpp"
 #include "control/reference.hpp"
 #include "control/tuning.hpp"
 #include "numerics/integrate.hpp"
@@ -34,6 +34,7 @@ struct LoopSetup {
   Belief belief;  // what an adaptive controller starts with
   Learner learner;
   Tuning tuning;
+  std::optional<Timing> timing{};  // how late inputs act, if an earlier run has found it
 };
 
 /// What the loop was doing at one control call.
@@ -57,14 +58,13 @@ constexpr std::array<std::string_view, 2> names(RunStatus) { return {"ok", "fail
 
 struct LoopResult {
   RunStatus status = RunStatus::ok;
-  std::string reason;              // of a failure; the steps up to it are kept
-  std::vector<LoopStep> steps;     // one per control call, and the final state
-  double energy = 0.0;             // integral of |u|^2
-  double squared_error = 0.0;      // integral of |x - xi|^2
-  double energy_riemann = 0.0;     // right-end Riemann sum of |u|^2, if asked for
-  Belief belief;                   // as it is at the end
-  int refused_gain_estimates = 0;  // estimates of b that were not positive
-  int tuning_evaluations = 0;      // of the marginal likelihood
+  std::string reason;           // of a failure; the steps up to it are kept
+  std::vector<LoopStep> steps;  // one per control call, and the final state
+  double energy = 0.0;          // integral of |u|^2
+  double squared_error = 0.0;   // integral of |x - xi|^2
+  double energy_riemann = 0.0;  // right-end Riemann sum of |u|^2, if asked for
+  Belief belief;                // as it is at the end
+  LearningRecord learning;
 };
 
 /// Runs the loop: sample, learn, decide, hold, integrate. Energy and error are states of the integration. A numerical

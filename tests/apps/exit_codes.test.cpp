@@ -126,7 +126,7 @@ TEST_CASE("Exit 4: a study of which every run fails, and a machine that diverges
 
 TEST_CASE("Exit 5: of several runs some failed, and the rows of both kinds are written", "[apps]") {
   const Desk desk;
-  for (const std::vector<std::string>& changes : {unstable(), indefinite()}) {
+  for (const std::vector<std::string>& changes : {unstable(), uninvertible()}) {
     const CommandResult result = desk.run(changes);
     CHECK(result.status == 5);
     CHECK_THAT(result.out, Contains("of 4 runs failed; the column 'reason' says why"));

@@ -38,39 +38,43 @@ std::array<StateVector, 3> motion(double t, double dt) {
 
 Eigen::Vector2d acceleration_at(double s) { return {-1.69 * std::sin(1.3 * s), 0.25 * std::exp(-0.5 * s)}; }
 
-Derivative sample_at(const StateVector& x, const Eigen::Vector2d& acceleration) { return {x, acceleration}; }
+Derivative sample_at(const StateVector& x, const Eigen::Vector2d& acceleration) {
+  return {x, acceleration, JointVector::Zero(2), {}};
+}
+
+JointVector exact() { return JointVector::Zero(2); }
 
 const StateVector kState = Eigen::Vector4d(0.3, -0.2, 1.0, 0.5);
 
 }  // namespace
 
 TEST_CASE("Nothing is learned where nothing is uncertain", "[control]") {
-  CHECK_FALSE(decide(example_learner(), certain(), 7).has_value());
+  CHECK_FALSE(decide(example_learner(), certain(), exact(), -1, 7).has_value());
 }
 
 TEST_CASE("The drift is learned first, then the first uncertain column", "[control]") {
   BeliefMarginals belief = certain();
   belief.log_gain_variance = Eigen::Vector2d(0.3, 0.3);
   belief.drift_variance = Eigen::Vector2d(0.0, 0.11);  // any joint's drift
-  REQUIRE(decide(example_learner(), belief, 7).has_value());
-  CHECK(decide(example_learner(), belief, 7)->column == Probe::kDrift);
-  CHECK(decide(example_learner(), belief, 7)->start == 7);
+  REQUIRE(decide(example_learner(), belief, exact(), -1, 7).has_value());
+  CHECK(decide(example_learner(), belief, exact(), -1, 7)->column == Probe::kDrift);
+  CHECK(decide(example_learner(), belief, exact(), -1, 7)->start == 7);
   belief.drift_variance.setZero();
-  CHECK(decide(example_learner(), belief, 7)->column == 0);
+  CHECK(decide(example_learner(), belief, exact(), -1, 7)->column == 0);
   belief.log_gain_variance[0] = 0.0;
-  CHECK(decide(example_learner(), belief, 7)->column == 1);
+  CHECK(decide(example_learner(), belief, exact(), -1, 7)->column == 1);
 }
 
 TEST_CASE("A column is uncertain by any of its entries, beside the diagonal by b itself", "[control]") {
   BeliefMarginals belief = certain();
   belief.gain_variance(0, 1) = 0.3;  // entry of column 1
-  CHECK(decide(example_learner(), belief, 0)->column == 1);
+  CHECK(decide(example_learner(), belief, exact(), -1, 0)->column == 1);
   belief = certain();
   belief.gain_variance(1, 0) = 0.3;
-  CHECK(decide(example_learner(), belief, 0)->column == 0);
+  CHECK(decide(example_learner(), belief, exact(), -1, 0)->column == 0);
   belief = certain();
   belief.gain_variance(0, 0) = belief.gain_variance(1, 1) = 100.0;  // on the diagonal it is log b that counts
-  CHECK_FALSE(decide(example_learner(), belief, 0).has_value());
+  CHECK_FALSE(decide(example_learner(), belief, exact(), -1, 0).has_value());
 }
 
 TEST_CASE("A variance at its threshold is small enough", "[control]") {
@@ -78,11 +82,11 @@ TEST_CASE("A variance at its threshold is small enough", "[control]") {
   belief.drift_variance.setConstant(0.1);
   belief.log_gain_variance.setConstant(0.2);
   belief.gain_variance.setConstant(0.2);
-  CHECK_FALSE(decide(example_learner(), belief, 0).has_value());
+  CHECK_FALSE(decide(example_learner(), belief, exact(), -1, 0).has_value());
   belief.log_gain_variance[1] = std::nextafter(0.2, 1.0);
-  CHECK(decide(example_learner(), belief, 0)->column == 1);
+  CHECK(decide(example_learner(), belief, exact(), -1, 0)->column == 1);
   belief.drift_variance[0] = std::nextafter(0.1, 1.0);
-  CHECK(decide(example_learner(), belief, 0)->column == Probe::kDrift);
+  CHECK(decide(example_learner(), belief, exact(), -1, 0)->column == Probe::kDrift);
 }
 
 TEST_CASE("A probe of the drift holds no input, one of a column holds u_j e_j", "[control]") {
@@ -128,7 +132,7 @@ TEST_CASE("Estimates from positions do not look at the velocities, and keep the 
 
 TEST_CASE("A probe of the drift adds its acceleration to every joint's drift and to nothing else", "[control]") {
   Belief belief(example_prior(2), 2);
-  CHECK(absorb(belief, example_learner(), {Probe::kDrift, 0}, sample_at(kState, {3.0, -4.0})) == 0);
+  CHECK(absorb(belief, example_learner(), {Probe::kDrift, 0}, sample_at(kState, {3.0, -4.0})).skipped == 0);
   CHECK(belief.drift(0).targets() == std::vector<double>{3.0});
   CHECK(belief.drift(1).targets() == std::vector<double>{-4.0});
   CHECK(belief.drift(0).inputs().points().row(0) == kState.transpose());
@@ -140,7 +144,7 @@ TEST_CASE("A probe of a column adds (q'' - E a) / u_j to that column, its logari
   Belief belief = example_belief(2, 6);
   const BeliefMarginals before = belief.predict(kState);
   const Eigen::Vector2d acceleration(3.0, -4.0);
-  CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, acceleration)) == 0);
+  CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, acceleration)).refused == 0);
   const Eigen::Vector2d estimate = (acceleration - before.drift_mean) / -2.5;
   REQUIRE(estimate[1] > 0.0);
   CHECK(belief.gain(0, 1).targets().back() == Approx(estimate[0]).epsilon(1e-14));
@@ -174,13 +178,83 @@ TEST_CASE("A gain that is not positive has no logarithm: it is refused, counted,
   for (const double acceleration : {4.0, 0.0, std::nan("")}) {  // with u = -2.5 and no drift: b = -1.6, 0, none
     Belief belief(example_prior(2), 2);
     INFO("acceleration " << acceleration);
-    CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, {1.0, acceleration})) == 1);
+    CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, {1.0, acceleration})).refused == 1);
     for (int i = 0; i < 2; ++i) {
       CHECK(belief.drift(i).size() == 0);
       for (int j = 0; j < 2; ++j) CHECK(belief.gain(i, j).size() == 0);
     }
   }
   Belief belief(example_prior(2), 2);  // beside the diagonal any sign will do
-  CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, {1.0, -4.0})) == 0);
+  CHECK(absorb(belief, example_learner(), {1, 0}, sample_at(kState, {1.0, -4.0})).refused == 0);
   CHECK(belief.gain(0, 1).targets().back() == -0.4);
+}
+
+TEST_CASE("In turn, a and the columns of b are probed one after the other, a only where a sample would halve it",
+          "[control]") {
+  Learner learner = example_learner();
+  learner.order = ProbeOrder::in_turn;
+  BeliefMarginals belief = certain();
+  belief.drift_variance = Eigen::Vector2d(0.15, 0.0);
+  belief.log_gain_variance = Eigen::Vector2d(0.3, 0.3);
+  const auto after = [&](int last, double noise) {
+    return decide(learner, belief, Eigen::Vector2d(noise, noise), last, 0).value().column;
+  };
+  CHECK(after(-2, 0.0) == Probe::kDrift);
+  CHECK(after(Probe::kDrift, 0.0) == 0);
+  CHECK(after(0, 0.0) == 1);
+  CHECK(after(1, 0.0) == Probe::kDrift);
+  CHECK(after(1, 0.14) == Probe::kDrift);
+  CHECK(after(1, 0.16) == 0);  // a sample of a would leave more than half of its variance
+  belief.log_gain_variance.setZero();
+  CHECK(after(Probe::kDrift, 0.0) == Probe::kDrift);
+  CHECK_FALSE(decide(learner, belief, Eigen::Vector2d(0.16, 0.16), Probe::kDrift, 0).has_value());
+}
+
+TEST_CASE("A sample in passing teaches what is known least: a where b is known, b where a is", "[control]") {
+  const auto belief_with = [](double drift_scale, double gain_scale) {
+    BeliefPrior prior;
+    prior.drift = {process_with({SquaredExponential{drift_scale, {2.0, 2.0}}}, 1e-6)};
+    prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{gain_scale, {2.0, 2.0}}}, 1e-6)}};
+    return Belief(prior, 1);
+  };
+  Learner learner;
+  learner.drift_threshold = 1e-4;
+  const Derivative sample{Eigen::Vector2d(0.3, -0.1), JointVector::Constant(1, 5.0), JointVector::Constant(1, 2.0),
+                          JointVector::Constant(1, 1e-6)};
+  Belief open_drift = belief_with(10.0, 1e-3), open_gain = belief_with(1e-3, 1.0);
+  CHECK(absorb_in_passing(open_drift, learner, sample).taken == 1);
+  CHECK(open_drift.drift(0).size() == 1);
+  CHECK(open_drift.drift(0).predict(span_of(sample.x)).mean == Approx(5.0 - 2.0).epsilon(1e-3));  // E b = 1
+  CHECK(absorb_in_passing(open_gain, learner, sample).taken == 1);
+  CHECK(open_gain.gain(0, 0).size() == 1);
+  CHECK(open_gain.predict(sample.x).gain_mean(0, 0) == Approx(2.5).epsilon(1e-3));  // E a = 0
+
+  // What is known and does not surprise is no news; what surprises is.
+  Belief known = belief_with(1e-4, 1e-5);
+  Derivative again = sample;
+  again.acceleration[0] = 2.0;
+  CHECK(absorb_in_passing(known, learner, again).taken == 0);
+  again.acceleration[0] += 0.1;
+  const Absorbed surprising = absorb_in_passing(known, learner, again);
+  CHECK(surprising.taken == 1);
+  CHECK(surprising.surprises[0] > 2.0);
+}
+
+TEST_CASE("Of a probe's jump and of the drift that estimate of b is taken that is accurate enough, else the better one",
+          "[control]") {
+  Belief belief = example_belief(1, 10);
+  Learner learner;
+  learner.gain_threshold = 0.04;
+  learner.probing_input = {2.0};
+  const Probe probe{0, 0};
+  Derivative sample{Eigen::Vector2d(0.1, 0.2), JointVector::Constant(1, 3.0), JointVector::Constant(1, 2.0),
+                    JointVector::Constant(1, 1e-4)};
+  const GainEstimate by_drift = estimate_gain(belief, learner, probe, sample);
+  const double mean = belief.drift(0).predict(span_of(sample.x)).mean;
+  CHECK(by_drift.value[0] == Approx((3.0 - mean) / 2.0));
+  sample.gain = JointVector::Constant(1, 1.7);
+  sample.gain_variance = JointVector::Constant(1, 0.9 * asked_gain_variance(learner) * 1.7 * 1.7);
+  CHECK(estimate_gain(belief, learner, probe, sample).value[0] == 1.7);
+  sample.gain_variance = JointVector::Constant(1, 1e3);
+  CHECK(estimate_gain(belief, learner, probe, sample).value[0] == by_drift.value[0]);
 }

@@ -21,7 +21,7 @@ TEST_CASE("Tuning a process raises its evidence and keeps its data", "[control]"
     Posterior data = condition(process_with(kernel, 0.1), inputs, smooth_at(inputs));
     const Posterior before = data;
     RandomStream random = random_stream(1, "tune");
-    const int evaluations = tune(data, EvidenceOptions{}, random);
+    const int evaluations = tune(data, EvidenceOptions{}, random).evaluations;
     INFO(name);
     CHECK(evaluations > 0);
     CHECK(data.log_marginal_likelihood() > before.log_marginal_likelihood() + 1.0);
@@ -43,7 +43,7 @@ TEST_CASE("After tuning, the samples have the noise that was found", "[control]"
 TEST_CASE("A process without data is not tuned", "[control]") {
   Posterior data(process_with({SquaredExponential{}}, 0.1), 2);
   RandomStream random = random_stream(1, "tune"), untouched = random;
-  CHECK(tune(data, EvidenceOptions{}, random) == 0);
+  CHECK(tune(data, EvidenceOptions{}, random).evaluations == 0);
   CHECK(data.prior().noise_variance == 0.1);
   CHECK(random == untouched);
 }
@@ -57,7 +57,7 @@ TEST_CASE("Tuning a belief tunes each process that holds data by the options of 
   tuning.gain_evidence = tuning.evidence;
   tuning.gain_evidence->bounds.noise_variance = {0.03, 0.03};
   RandomStream random = random_stream(1, "tune");
-  const int evaluations = tune(belief, tuning, random);
+  const int evaluations = tune(belief, tuning, random).evaluations;
   CHECK(evaluations >= 5);
   for (int i = 0; i < 2; ++i) {
     CHECK(belief.drift(i).prior().noise_variance == 0.02);
@@ -93,4 +93,38 @@ TEST_CASE("Tuning with a prior model keeps the model in the mean", "[control]") 
   tune(belief, Tuning{}, random);
   const Eigen::Vector2d far(1e6, 0.0);
   CHECK(belief.drift(0).predict(span_of(far)).mean == Approx(-9.81 * std::sin(1e6)));
+}
+
+TEST_CASE("A process that its data surprise is widened until they do not; one that they do not is left alone",
+          "[control]") {
+  const Eigen::MatrixXd inputs = random_points(12, 2, 2.0, 74);
+  for (const auto& [name, kernel] : example_kernels(2)) {
+    INFO(name);
+    std::vector<double> targets = smooth_at(inputs);
+    for (double& y : targets) y *= 100.0;
+    Posterior surprised = condition(process_with(kernel, 1e-6), inputs, targets);
+    const double before = variance(surprised.prior().kernel), excess = surprised.mean_squared_innovation();
+    REQUIRE(excess > 1.0);
+    widen(surprised);
+    CHECK(variance(surprised.prior().kernel) == Approx(excess * before));
+    CHECK(surprised.mean_squared_innovation() == Approx(1.0).epsilon(0.05));
+
+    for (double& y : targets) y *= 1e-6;
+    Posterior calm = condition(process_with(kernel, 0.1), inputs, targets);
+    const double untouched = variance(calm.prior().kernel);
+    widen(calm);
+    CHECK(variance(calm.prior().kernel) == untouched);
+  }
+}
+
+TEST_CASE("A process with fewer samples than the least is not tuned", "[control]") {
+  Belief belief = example_belief(1, 4);
+  const double before = belief.drift(0).prior().noise_variance;
+  Tuning tuning;
+  tuning.least_samples = 5;
+  RandomStream random = random_stream(1, "tune");
+  CHECK(tune(belief, tuning, random).evaluations == 0);
+  CHECK(belief.drift(0).prior().noise_variance == before);
+  tuning.least_samples = 4;
+  CHECK(tune(belief, tuning, random).evaluations > 0);
 }

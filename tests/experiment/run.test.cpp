@@ -19,8 +19,8 @@ namespace {
 std::vector<Study> mixed_batch() {
   std::vector<Study> studies{read_studies(config("exp3.yaml")).front(), read_studies(config("arm.yaml")).front()};
   studies.push_back(slide({"name=noisy", "sensor={noise: 0.001, velocity_noise: 0.01}"}));
-  std::vector<std::string> failing = indefinite();
-  failing.push_back("name=indefinite");
+  std::vector<std::string> failing = uninvertible();
+  failing.push_back("name=uninvertible");
   studies.push_back(slide(failing));
   std::vector<std::string> diverging = unstable();
   diverging.push_back("name=unstable");
@@ -85,18 +85,24 @@ TEST_CASE("A run's random numbers follow from the seed and the controller's name
   CHECK(metric(twins, "A", "squared_error") != metric(twins, "B", "squared_error"));
 }
 
-TEST_CASE("A run whose covariance is not positive definite is a row with the reason", "[experiment]") {
-  const StudyOutcome outcome = run_one(slide(indefinite()));
+TEST_CASE("A run whose input gain cannot be inverted is a row with the reason", "[experiment]") {
+  const StudyOutcome outcome = run_one(slide(uninvertible()));
   CHECK(column_texts(summary_table(outcome), "status") == std::vector<std::string>{"ok", "ok", "failed", "failed"});
-  CHECK_THAT(outcome.find("SP1")->result.reason, Catch::Contains("is not positive definite"));
-  CHECK(metric(outcome, "SP1", "gain_points") > 0);  // what was learned until then
-  const Table steps = trajectory_table(outcome.find("SP1")->result);
-  CHECK(steps.rows() > 10);
-  CHECK(steps.rows() < 201);
+  CHECK_THAT(outcome.find("SP1")->result.reason, Catch::Contains("the input gain cannot be inverted"));
+  CHECK(metric(outcome, "SP1", "drift_points") == 1);  // what was learned until then
+  CHECK(trajectory_table(outcome.find("SP1")->result).rows() == 3);
+}
+
+TEST_CASE("Samples that repeat without noise are skipped and counted; the run goes on", "[experiment]") {
+  const StudyOutcome outcome = run_one(slide(repeating()));
+  CHECK(outcome.find("SP1")->result.status == RunStatus::ok);
+  CHECK(metric(outcome, "SP1", "skipped_samples") > 0);
+  CHECK(trajectory_table(outcome.find("SP1")->result).rows() == 201);
+  CHECK(std::isnan(metric(run_one(slide()), "SP1", "skipped_samples")));  // a column only where it happens
 }
 
 TEST_CASE("A failed teacher makes the follower's row failed, with the reason", "[experiment]") {
-  const StudyOutcome outcome = run_one(slide(indefinite()));
+  const StudyOutcome outcome = run_one(slide(uninvertible()));
   CHECK(outcome.find("SP2")->result.reason == "'SP1', whose data it starts with, failed");
   CHECK(std::isnan(metric(outcome, "SP2", "energy")));  // it never began: no zero that could be taken for a result
   CHECK(std::isnan(metric(outcome, "SP2", "squared_error")));

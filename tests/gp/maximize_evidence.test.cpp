@@ -222,3 +222,34 @@ TEST_CASE("Bounds are two numbers, the lowest first", "[gp]") {
   bounds.shape = {1.0, 1.0};
   CHECK(bounds.problem().empty());
 }
+
+TEST_CASE("A hyper-prior draws a maximum towards its median, a narrow one holds it there, a wide one does nothing",
+          "[gp]") {
+  const GaussianProcess prior = process_with({SquaredExponential{1.0, {1.0, 1.0}}}, 0.1);
+  const Posterior data = smooth_data(prior, 25);
+  const auto scale = [&](double spread) {
+    EvidenceOptions options;
+    options.hyper_priors.output_scale = HyperPrior{5.0, spread};
+    const EvidenceSummary best = maximized(prior, data, options);
+    return std::get<SquaredExponential>(best.prior.kernel.form).output_scale;
+  };
+  const double alone = std::get<SquaredExponential>(maximized(prior, data).prior.kernel.form).output_scale;
+  CHECK(scale(1e3) == Approx(alone).epsilon(1e-3));
+  CHECK(scale(1e-4) == Approx(5.0).epsilon(1e-3));
+  CHECK(std::abs(std::log(scale(0.5) / 5.0)) < std::abs(std::log(alone / 5.0)));
+}
+
+TEST_CASE("Few samples alone say that a function is flat; with hyper-priors it stays what was believed of it", "[gp]") {
+  const GaussianProcess prior = process_with({SquaredExponential{0.5, {20.0, 20.0}}}, 1e-4);
+  Eigen::MatrixXd inputs(3, 2);
+  inputs << 0.0, 0.0, 0.1, 0.0, 0.0, 0.1;
+  const std::vector<double> targets{0.10, 0.12, 0.09};
+  const Posterior data = condition(prior, inputs, targets);
+  EvidenceOptions believed;
+  believed.hyper_priors.output_scale = HyperPrior{10.0, 1.0};
+  believed.hyper_priors.length_scale = HyperPrior{2.0, 0.7};
+  const Eigen::Vector2d far(2.0, 0.0);
+  const double alone = condition(maximized(prior, data).prior, data).predict(span_of(far)).variance;
+  const double with = condition(maximized(prior, data, believed).prior, data).predict(span_of(far)).variance;
+  CHECK(with > 5.0 * alone);
+}

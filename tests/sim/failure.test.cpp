@@ -66,7 +66,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("A run whose samples repeat without noise fails by the reason of the covariance matrix", "[sim]") {
+TEST_CASE("A run whose samples repeat without noise skips them and goes on", "[sim]") {
   // A slide at rest at its goal is asked about the same state again and again.
   LoopSetup setup = example_setup(Mass{}, Adaptive{}, 2.0);
   BeliefPrior prior = example_prior(1);
@@ -77,11 +77,8 @@ TEST_CASE("A run whose samples repeat without noise fails by the reason of the c
   setup.learner.period = 0.1;
   setup.learner.drift_threshold = 1e-300;
   const LoopResult result = run_failing(setup);
-  if (result.status == RunStatus::failed) {
-    CHECK_THAT(result.reason, Catch::Contains("not positive definite"));
-  } else {
-    CHECK(result.belief.drift(0).predict(std::vector<double>{0.0, 0.0}).variance == 0.0);  // then it is certain
-  }
+  CHECK(result.status == RunStatus::ok);
+  CHECK(result.belief.drift(0).predict(std::vector<double>{0.0, 0.0}).variance == Approx(0.0).margin(1e-12));
   for (const LoopStep& step : result.steps) CHECK(std::isfinite(step.input[0]));
 }
 

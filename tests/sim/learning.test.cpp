@@ -158,7 +158,7 @@ TEST_CASE("Estimates of the gain that are not positive are refused and counted",
   prior.drift[0].mean = 100.0;  // believed to push harder than the probe does
   setup.belief = Belief(prior, 1);
   const LoopResult result = run_learning(setup);
-  CHECK(result.refused_gain_estimates == 10);
+  CHECK(result.learning.refused_gain_estimates == 10);
   CHECK(result.belief.gain_points() == 0);
   CHECK(result.status == RunStatus::ok);
 }
@@ -201,21 +201,21 @@ TEST_CASE("A slide with friction is learned to within the thresholds, reaches it
 TEST_CASE("Hyper-parameters are tuned when it is said, and tuning at the end does not touch the run", "[sim]") {
   LoopSetup setup = always_probing(Pendulum{}, true, 10, 3);
   const LoopResult never = run_learning(setup);
-  CHECK(never.tuning_evaluations == 0);
+  CHECK(never.learning.tuning_evaluations == 0);
   setup.tuning.when = TuneWhen::at_end;
   const LoopResult at_end = run_learning(setup);
-  CHECK(at_end.tuning_evaluations > 0);
+  CHECK(at_end.learning.tuning_evaluations > 0);
   CHECK(same_steps(never, at_end));
   CHECK(at_end.belief.drift(0).targets() == never.belief.drift(0).targets());
   CHECK(at_end.belief.drift(0).log_marginal_likelihood() > never.belief.drift(0).log_marginal_likelihood());
   setup.tuning.when = TuneWhen::every_sample;
   setup.tuning.every = 1000;  // never reached
-  CHECK(run_learning(setup).tuning_evaluations == 0);
+  CHECK(run_learning(setup).learning.tuning_evaluations == 0);
   setup.tuning.every = 10;  // reached once, by the last sample
   const LoopResult once = run_learning(setup);
-  CHECK(once.tuning_evaluations > 0);
+  CHECK(once.learning.tuning_evaluations > 0);
   setup.tuning.every = 1;
   const LoopResult each = run_learning(setup);
-  CHECK(each.tuning_evaluations > once.tuning_evaluations);
+  CHECK(each.learning.tuning_evaluations > once.learning.tuning_evaluations);
   CHECK_FALSE(same_steps(each, never));
 }

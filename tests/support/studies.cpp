@@ -43,12 +43,14 @@ Node slide_spec(const std::vector<std::string>& changes) {
 
 Study slide(const std::vector<std::string>& changes) { return read<Study>(slide_spec(changes)); }
 
-std::vector<std::string> indefinite() {
+std::vector<std::string> repeating() {
   return {"initial_state.velocity=0.1",
           "learner={period: 0.03, drift_threshold: 1e-300, gain_threshold: 1e-300, probing_input: 1}",
           "belief.drift={noise_variance: 0, kernel: {type: squared_exponential, length_scales: [1000, 1000]}}",
           "belief.input_gain={noise_variance: 0, kernel: {type: squared_exponential, length_scales: [1000, 1000]}}"};
 }
+
+std::vector<std::string> uninvertible() { return {"belief.input_gain.mean=-1000"}; }
 
 std::vector<std::string> unstable() {
   return {"inner_law={position_weight: 1e5, velocity_weight: 1e3}", "duration=20"};

@@ -20,9 +20,12 @@ Node slide_spec(const std::vector<std::string>& changes = {});
 Study slide(const std::vector<std::string>& changes = {});
 std::string slide_text();
 
-/// Changes to the slide under which SP1's covariance is no longer positive definite: thresholds that are never met, no
-/// noise, and samples that a kernel as wide as this cannot tell apart.
-std::vector<std::string> indefinite();
+/// Changes to the slide under which SP1's samples repeat without noise: thresholds that are never met, and samples that
+/// a kernel as wide as this cannot tell apart.
+std::vector<std::string> repeating();
+
+/// Changes to the slide under which SP1 cannot begin to control it: what it believes of b cannot be inverted.
+std::vector<std::string> uninvertible();
 
 /// Changes under which the slide diverges under sample and hold (w2 Delta_u > 2), but not under the continuous P1.
 std::vector<std::string> unstable();

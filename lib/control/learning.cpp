@@ -1,0 +1,361 @@
+#include "control/learning.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+
+namespace bayesctrl {
+
+namespace {
+
+constexpr long kRest = 5;              // times the length of a probe, until the next
+constexpr int kTestedOf = 2;           // samples in passing, of which one is a test
+constexpr int kLeastTuned = 3;         // samples of a process that are tuned after an alarm
+constexpr int kTimedProbes = 8;        // of which the timing is estimated
+constexpr long kBeforeProbe = 6;       // calls before a probe that show its jump
+constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows that a new one is weighed against
+constexpr double kVagueGain = 4.0;     // thresholds: with less known of b nothing is learned in passing
+
+}  // namespace
+
+Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
+    : setup_(std::move(setup)),
+      belief_(std::move(belief)),
+      random_(random),
+      period_calls_(std::max(1L, std::lround(setup_.learner.period / setup_.control_period))) {
+  const int n = belief_.joints();
+  const double dt = setup_.control_period;
+  long capacity = 4, more = setup_.calls / std::max(3L, period_calls_) + 2;
+  if (const auto& window = setup_.learner.window) {
+    const int shortest = setup_.positions_only ? 5 : 4;
+    const int longest = std::max(shortest, static_cast<int>(std::lround(window->longest / dt)) + 1);
+    for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
+    timing_ = setup_.timing ? TimingEstimate(*setup_.timing)
+                            : TimingEstimate(window->longest_delay, dt, setup_.positions_only);
+    const long late = std::lround(std::ceil(window->longest_delay / dt));
+    capacity = longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
+  }
+  if (const auto& monitor = setup_.learner.monitor) {
+    monitor_calls_ = std::max(1L, std::lround(monitor->period / dt));
+    more += setup_.calls / monitor_calls_ + 1;
+    test_.emplace(monitor->false_alarm_rate);
+    begun_ = belief_;
+    record_.monitored = true;
+  }
+  history_ = History(n, static_cast<int>(capacity));
+  noise_ = JointVector::Zero(n);
+  tuned_size_.assign(static_cast<std::size_t>(n * (n + 1)), 0);
+  capacity_ = static_cast<int>(more);
+  belief_.reserve(capacity_);
+}
+
+BeliefMarginals Learning::see(long k, const StateVector& seen) {
+  history_.add(seen);
+  finish_probe(k);
+  pass(k);
+  believed_ = belief_.predict(seen);
+  start_probe(believed_, k);
+  return believed_;
+}
+
+void Learning::finish() {
+  if (setup_.tuning.when == TuneWhen::at_end) {
+    count(tune(belief_, setup_.tuning, random_));
+  }
+  if (!fits_.empty() && timing_.known()) record_.timing = timing_.best();
+}
+
+void Learning::finish_probe(long k) {
+  if (!probe_) return;
+  const long age = k - probe_->start;
+  if (fits_.empty()) {
+    if (age == 2) learn({probe_, three_samples(probe_->start)}, k);
+    if (age >= setup_.learner.hold_periods) end_probe(k);
+    return;
+  }
+  const auto samples = static_cast<int>(age - probe_wait_ + 1);
+  if (samples < fits_.front().samples() || age < setup_.learner.hold_periods) return;
+  const bool longest = samples >= fits_.back().samples();
+  if (!timing_.known() && !longest && samples < fits_.front().samples() + kBeforeProbe) return;
+  if (timed_probes_ == 0 && probe_->column != Probe::kDrift) time_probe(k);
+  Measured measured = window(k - samples + 1, samples);
+  if (probe_->column != Probe::kDrift) add_jump(measured.sample, k);
+  if (!best_ || inaccuracy(measured.sample) < inaccuracy(best_->sample)) best_ = measured;
+  if (inaccuracy(best_->sample) > 1.0 && !longest) return;
+  if (timed_probes_ < kTimedProbes) time_probe(k);
+  keep_noise(*best_);
+  learn({probe_, best_->sample}, k);
+  end_probe(k);
+}
+
+void Learning::end_probe(long k) {
+  const long length = k - probe_->start;
+  probe_.reset();
+  best_.reset();
+  if (setup_.learner.schedule == Schedule::after_probe) next_instant_ = k + period_calls_;
+  if (!test_) return;
+  // A probe that was held longer than it had to be is followed by a longer rest: machines run away while they are
+  // probed. But without b there is no control: while it is vague, half of the time is spent on probes.
+  if (!vague(belief_.predict(history_.seen(k)))) {
+    next_instant_ = std::max(next_instant_, k + kRest * length);
+  } else {
+    next_instant_ = k + (complete() ? length : 0);
+  }
+}
+
+/// Asks the running probe how late its input acted.
+void Learning::time_probe(long k) {
+  timing_.add(history_, before(*probe_), k);
+  ++timed_probes_;
+}
+
+/// Variance of a sample, over the one that is asked for; above 1 a probe is held longer.
+double Learning::inaccuracy(const Derivative& sample) const {
+  if (!sample.gain) return sample.variance->maxCoeff() / std::pow(setup_.learner.window->accuracy, 2);
+  const GainEstimate gain = estimate_gain(belief_, setup_.learner, *probe_, sample);
+  const double value = gain.value[probe_->column], variance = gain.variance[probe_->column];
+  return value > 0.0 ? variance / (asked_gain_variance(setup_.learner) * value * value) : kInfinity;
+}
+
+/// Whether too little is known of b for learning in passing.
+bool Learning::vague(const BeliefMarginals& believed) const {
+  return !complete() || believed.log_gain_variance.maxCoeff() > kVagueGain * setup_.learner.gain_threshold;
+}
+
+/// The first call that shows the motion before a probe's jump.
+long Learning::before(const Probe& probe) const {
+  const long as_long = std::max<long>(kBeforeProbe, window_samples() / 2);
+  return std::max(probe.start - as_long,
+                  timing_.known() ? std::lround(timing_.best().delay / setup_.control_period) : waiting());
+}
+
+/// Whether every process has a sample.
+bool Learning::complete() const {
+  bool all = belief_.drift(0).size() > 0;
+  for (int j = 0; j < belief_.joints(); ++j) all = all && belief_.gain(j, j).size() > 0;
+  return all;
+}
+
+void Learning::pass(long k) {
+  if (!test_ || probe_ || k < next_passing_ || !timing_.known() || vague(believed_)) return;
+  const int samples = window_samples();
+  const long first = k - samples + 1;
+  if (first < used_) return;
+  next_passing_ = k + monitor_calls_;
+  const Measured measured = window(first, samples);
+  keep_noise(measured);
+  learn({{}, measured.sample}, k);
+}
+
+void Learning::start_probe(const BeliefMarginals& believed, long k) {
+  if (k < next_instant_) return;
+  if (!probe_ && k < setup_.calls) {
+    probe_ = decide(setup_.learner, believed, sample_noise(believed), last_probed_, k);
+    if (probe_) last_probed_ = probe_->column;
+    probe_wait_ = waiting();
+  }
+  next_instant_ = k + period_calls_;
+}
+
+/// Calls after its beginning at which a probe's input acts alone.
+long Learning::waiting() const {
+  if (fits_.empty()) return 0;
+  const double longest = setup_.learner.window->longest_delay, dt = setup_.control_period;
+  const Timing& timing = timing_.best();
+  const double wait = timing_.known() ? timing.delay + 3.0 * timing.lag : longest;
+  return static_cast<long>(std::ceil(wait / dt - 1e-9));
+}
+
+/// Samples of a window: as many as the sensor's noise makes necessary.
+int Learning::window_samples() const {
+  const double noise = sensor_noise(JointVector::Zero(belief_.joints()), 0.0).maxCoeff();
+  const double asked = std::pow(setup_.learner.window->accuracy, 2);
+  for (const WindowFit& fit : fits_) {
+    if (noise * fit.acceleration_variance() <= asked) return fit.samples();
+  }
+  return fits_.back().samples();
+}
+
+/// Variance of the sensor's noise at each joint, from all windows and a further one's squared residuals.
+JointVector Learning::sensor_noise(const JointVector& rest, double freedom) const {
+  if (noise_freedom_ == 0.0) return freedom > 0.0 ? JointVector(rest / freedom) : rest;
+  const double weight = std::min(noise_freedom_, kNoiseMemory);
+  return (rest + weight * noise_) / (freedom + weight);
+}
+
+/// Keeps a window's residuals for those that follow.
+void Learning::keep_noise(const Measured& measured) {
+  noise_ = sensor_noise(measured.rest, measured.freedom);
+  noise_freedom_ += measured.freedom;
+}
+
+/// Variance that a sample of each joint's drift would have; infinite where what is learned in passing tells as much.
+JointVector Learning::sample_noise(const BeliefMarginals& believed) const {
+  const JointVector u = history_.input(history_.calls() - 2);  // the last that was held
+  const bool passes = test_ && timing_.known() && !vague(believed);
+  JointVector noise(belief_.joints());
+  for (int i = 0; i < noise.size(); ++i) {
+    noise[i] = belief_.drift(i).prior().noise_variance;
+    if (!fits_.empty()) noise[i] += noise_[i] * fit_of(window_samples()).acceleration_variance();
+    const double in_passing = noise[i] + believed.gain_variance.row(i).dot(u.cwiseAbs2());
+    if (passes && in_passing <= believed.drift_variance[i]) noise[i] = kInfinity;
+  }
+  return noise;
+}
+
+Derivative Learning::three_samples(long first) const {
+  const std::array<StateVector, 3> x{history_.seen(first), history_.seen(first + 1), history_.seen(first + 2)};
+  return setup_.positions_only ? estimate_from_positions(x, setup_.control_period)
+                               : estimate_from_states(x, setup_.control_period);
+}
+
+/// Adds the probed column of b by the jump of its input, from what was seen until call k.
+void Learning::add_jump(Derivative& sample, long k) const {
+  const JumpFit fit = fit_jump(history_, probe_->column, before(*probe_), k, setup_.control_period,
+                               setup_.positions_only, timing_.best(), believed_.gain_mean);
+  sample.gain = fit.gain;
+  sample.gain_variance = JointVector::Constant(fit.gain.size(), kInfinity);
+  if (fit.degrees_of_freedom == 0) return;
+  sample.gain_variance = sensor_noise(fit.rest, fit.degrees_of_freedom).cwiseProduct(fit.factor) + fit.bias.cwiseAbs2();
+}
+
+/// The state and the acceleration in the middle of a window, the input's own changes within it taken away by what is
+/// believed of b.
+Learning::Measured Learning::window(long first, int samples) const {
+  const int n = belief_.joints();
+  const double dt = setup_.control_period;
+  const WindowFit& fit = fit_of(samples);
+  std::vector<InputMotion> acting;
+  Derivative sample{StateVector(2 * n), JointVector(n), JointVector(n)};
+  JointVector rest(n);
+  for (int j = 0; j < n; ++j) {
+    InputMotion motion = motion_of_input(history_, j, first, samples, dt, timing_.best());
+    sample.input[j] = motion.mean;
+    for (int k = 0; k < samples; ++k) {
+      motion.once[k] -= motion.mean * k * dt;
+      motion.twice[k] -= 0.5 * motion.mean * k * k * dt * dt;
+    }
+    acting.push_back(std::move(motion));
+  }
+  const JointMatrix& gain = believed_.gain_mean;
+  const int low = (samples - 1) / 2, high = samples / 2;  // around the middle
+  for (int i = 0; i < n; ++i) {
+    Eigen::VectorXd q(samples), v(samples);
+    for (int k = 0; k < samples; ++k) {
+      q[k] = history_.seen(first + k)[i];
+      v[k] = history_.seen(first + k)[n + i];
+    }
+    double q_back = 0.0, v_back = 0.0;
+    for (int j = 0; j < n && gain.size() > 0; ++j) {
+      const InputMotion& motion = acting[static_cast<std::size_t>(j)];
+      q -= gain(i, j) * motion.twice;
+      v -= gain(i, j) * motion.once;
+      q_back += 0.5 * gain(i, j) * (motion.twice[low] + motion.twice[high]);
+      v_back += 0.5 * gain(i, j) * (motion.once[low] + motion.once[high]);
+    }
+    const WindowFit::Result result = fit(q, v);
+    sample.x[i] = result.position + q_back;
+    sample.x[n + i] = result.velocity + v_back;
+    sample.acceleration[i] = result.acceleration;
+    rest[i] = result.rest;
+  }
+  const double freedom = fit.degrees_of_freedom();
+  sample.variance = fit.acceleration_variance() * sensor_noise(rest, freedom);
+  return {sample, rest, freedom};
+}
+
+Absorbed Learning::absorb(const Sample& sample) {
+  return sample.probe ? bayesctrl::absorb(belief_, setup_.learner, *sample.probe, sample.measured)
+                      : absorb_in_passing(belief_, setup_.learner, sample.measured);
+}
+
+/// Whether a sample's surprise counts. Samples in passing share what is not known of b, and neighbours what is not
+/// known of a: of them every second does; and once a has been learned so, probes of it are no test, since its variance
+/// does not know of the error in common.
+bool Learning::is_test(const Sample& sample) {
+  if (sample.probe) return sample.probe->column != Probe::kDrift || record_.passing_samples == 0;
+  return passed_++ % kTestedOf == 0;
+}
+
+void Learning::learn(const Sample& sample, long k) {
+  const Absorbed absorbed = absorb(sample);
+  used_ = k;
+  if (test_ && absorbed.taken > 0) samples_.push_back(sample);
+  record_.refused_gain_estimates += absorbed.refused;
+  record_.skipped_samples += absorbed.skipped;
+  if (!sample.probe && absorbed.taken > 0) ++record_.passing_samples;
+  const bool tested = test_ && is_test(sample);
+  bool alarm = false;
+  for (const double z : absorbed.surprises) alarm = (tested && (*test_)(z)) || alarm;
+  if (alarm) {
+    ++record_.alarms;
+    if (!record_.first_alarm) record_.first_alarm = static_cast<double>(k) * setup_.control_period;
+    widen();
+  } else if (setup_.tuning.when == TuneWhen::every_sample && absorbed.taken > 0) {
+    tune_grown(sample.probe ? std::optional(sample.probe->column) : std::nullopt);
+  }
+}
+
+/// Tunes the processes that the last sample may have extended: those of one column, or all.
+void Learning::tune_grown(std::optional<int> column) {
+  const Tuning& tuning = setup_.tuning;
+  const int n = belief_.joints();
+  bool tuned_any = false;
+  const auto add = [&](Posterior& process, const EvidenceOptions& options, int slot) {
+    int& tuned = tuned_size_[static_cast<std::size_t>(slot)];
+    const bool due = process.size() % tuning.every == 0 && process.size() >= tuning.growth * tuned;
+    if (process.size() < tuning.least_samples || !due || (!column && process.size() == tuned)) return;
+    tuned = process.size();
+    tuned_any = true;
+    count(tune(process, options, random_));
+  };
+  for (int i = 0; i < n; ++i) {
+    for (int j = Probe::kDrift; j < n; ++j) {
+      if (column && j != *column) continue;
+      const bool drift = j == Probe::kDrift;
+      add(drift ? belief_.drift(i) : belief_.gain(i, j), drift ? tuning.evidence : tuning.for_gain(),
+          i * (n + 1) + j - Probe::kDrift);
+    }
+  }
+  if (tuned_any && test_) replay();
+}
+
+void Learning::count(const TuneResult& result) {
+  record_.tuning_evaluations += result.evaluations;
+  record_.failed_tunings += result.failed;
+}
+
+/// After an alarm: hyper-parameters anew, and scales so wide that what was seen is no longer surprising.
+void Learning::widen() {
+  const Tuning& tuning = setup_.tuning;
+  const auto renew = [&](Posterior& process, const EvidenceOptions& options) {
+    if (process.size() == 0) return;
+    if (process.size() >= std::max(kLeastTuned, tuning.least_samples)) count(tune(process, options, random_));
+    bayesctrl::widen(process);
+  };
+  for (int i = 0; i < belief_.joints(); ++i) {
+    renew(belief_.drift(i), tuning.evidence);
+    for (int j = 0; j < belief_.joints(); ++j) renew(belief_.gain(i, j), tuning.for_gain());
+  }
+  replay();
+}
+
+/// All samples of the run anew, under the hyper-parameters of now: what was learned in passing relied on what was
+/// believed then.
+void Learning::replay() {
+  const int n = belief_.joints();
+  const auto again = [](Posterior& process, const Posterior& begun, std::size_t more) {
+    Posterior fresh = condition(process.prior(), begun);
+    fresh.reserve(fresh.size() + static_cast<int>(more));
+    process = std::move(fresh);
+  };
+  const auto room = static_cast<std::size_t>(capacity_);
+  for (int i = 0; i < n; ++i) {
+    again(belief_.drift(i), begun_.drift(i), room);
+    for (int j = 0; j < n; ++j) again(belief_.gain(i, j), begun_.gain(i, j), room);
+  }
+  for (const Sample& sample : samples_) absorb(sample);
+}
+
+}  // namespace bayesctrl

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/random.hpp"
+#include "control/learner.hpp"
+#include "control/tuning.hpp"
+#include "control/window.hpp"
+
+namespace bayesctrl {
+
+/// What a run learns by.
+struct LearningSetup {
+  Learner learner;  // whose probing input is within the limits of the machine
+  Tuning tuning;
+  double control_period = 0.01;  // s
+  long calls = 0;                // of the controller; no probe begins at the last
+  bool positions_only = false;
+  std::optional<Timing> timing{};  // known from an earlier run
+};
+
+/// What happened while a run learned.
+struct LearningRecord {
+  int refused_gain_estimates = 0;     // estimates of b that were not positive
+  int tuning_evaluations = 0;         // of the marginal likelihood
+  int failed_tunings = 0;             // after which the hyper-parameters stayed as they were
+  int skipped_samples = 0;            // that a process could not take
+  int passing_samples = 0;            // taken without a probe
+  bool monitored = false;             // there is a monitor
+  int alarms = 0;                     // that it raised
+  std::optional<double> first_alarm;  // s
+  std::optional<Timing> timing;       // how late inputs were found to act, once that was known
+};
+
+/// The learning procedure over one run: watches the machine, decides what to probe, takes samples, tunes
+/// hyper-parameters, and widens a prior whose surprises are too large.
+class Learning {
+ public:
+  Learning(LearningSetup setup, Belief belief, RandomStream random);
+
+  /// Control call k sees `seen`: learns from what is complete, and returns what is believed there.
+  BeliefMarginals see(long k, const StateVector& seen);
+
+  /// The running probe, if any, and its input.
+  const std::optional<Probe>& probe() const { return probe_; }
+  JointVector input() const { return probing_input(setup_.learner, *probe_, belief_.joints()); }
+
+  /// The input that is held until the next call.
+  void hold(const JointVector& input) { history_.hold(input); }
+
+  /// The run is over.
+  void finish();
+
+  const Belief& belief() const { return belief_; }
+  Belief take_belief() { return std::move(belief_); }
+  const LearningRecord& record() const { return record_; }
+
+ private:
+  /// A sample over a window, with the sum of squared residuals of each joint.
+  struct Measured {
+    Derivative sample;
+    JointVector rest;
+    double freedom = 0.0;
+  };
+
+  void finish_probe(long k);
+  void end_probe(long k);
+  void time_probe(long k);
+  double inaccuracy(const Derivative& sample) const;
+  bool vague(const BeliefMarginals& believed) const;
+  void pass(long k);
+  void start_probe(const BeliefMarginals& seen, long k);
+  Derivative three_samples(long first) const;
+  Measured window(long first, int samples) const;
+  void add_jump(Derivative& sample, long k) const;
+  JointVector sensor_noise(const JointVector& rest, double freedom) const;
+  void keep_noise(const Measured& measured);
+  int window_samples() const;
+  long waiting() const;
+  long before(const Probe& probe) const;
+  JointVector sample_noise(const BeliefMarginals& believed) const;
+  const WindowFit& fit_of(int samples) const { return fits_[static_cast<std::size_t>(samples - fits_[0].samples())]; }
+  bool complete() const;
+
+  /// A sample of a probe, or one that was taken in passing.
+  struct Sample {
+    std::optional<Probe> probe;
+    Derivative measured;
+  };
+  Absorbed absorb(const Sample& sample);
+  bool is_test(const Sample& sample);
+  void learn(const Sample& sample, long k);
+  void tune_grown(std::optional<int> column);
+  void count(const TuneResult& result);
+  void widen();
+  void replay();
+
+  LearningSetup setup_;
+  Belief belief_;
+  RandomStream random_;
+  long period_calls_, monitor_calls_ = 0;
+  History history_;
+  std::optional<Probe> probe_;
+  int last_probed_ = Probe::kDrift - 1;  // so that the drift has the first turn
+  long next_instant_ = 0, next_passing_ = 0;
+  long used_ = 0;        // samples before this call have been learned from
+  long probe_wait_ = 0;  // calls of the running probe before its window, which
+  int probe_samples_ = 3;
+  long probe_hold_ = 3;
+  std::optional<Measured> best_;  // sample of the running probe so far
+  std::vector<WindowFit> fits_;   // by samples, from the shortest
+  TimingEstimate timing_;
+  int timed_probes_ = 0;
+  JointVector noise_;            // variance of the sensor's, of each joint, from all windows
+  double noise_freedom_ = 0.0;   // and its degrees of freedom
+  BeliefMarginals believed_;     // at the last call
+  std::vector<Sample> samples_;  // of this run, where there is a monitor
+  Belief begun_;                 // what it began with, likewise
+  int capacity_ = 0;             // samples that a process may gain
+  std::vector<int> tuned_size_;  // samples of a process when it was last tuned
+  std::optional<SurpriseTest> test_;
+  long passed_ = 0;  // samples in passing
+  LearningRecord record_;
+};
+
+}  // namespace bayesctrl

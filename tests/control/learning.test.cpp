@@ -1,0 +1,106 @@
+// The learner over whole runs on machines that are draws from its own priors.
+
+#include "control/learning.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "control/law.hpp"
+#include "support/dense_gp.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+
+namespace {
+
+constexpr double kPeriod = 0.01;  // s
+
+/// A function drawn from a process: its values at points of a grid are drawn together, one after the other.
+Posterior drawn(const GaussianProcess& prior, const std::vector<double>& positions,
+                const std::vector<double>& velocities, RandomStream& random) {
+  Posterior function(prior, 2);
+  for (const double q : positions) {
+    for (const double v : velocities) {
+      const Eigen::Vector2d x(q, v);
+      const Marginal now = function.predict(span_of(x));
+      function.extend(span_of(x), now.mean + std::sqrt(now.variance) * draw_normal(random), 1e-8);
+    }
+  }
+  return function;
+}
+
+BeliefPrior right_prior() {
+  BeliefPrior prior;
+  prior.drift = {process_with({SquaredExponential{3.0, {1.5, 3.0}}}, 1e-4)};
+  prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.3, {6.0, 12.0}}}, 1e-4)}};
+  return prior;
+}
+
+/// SP1 from rest to q = 1 in 6 s, on a machine that is a draw from `truth`, believing in `believed`.
+LearningRecord learned(const BeliefPrior& truth, const BeliefPrior& believed, int draw) {
+  RandomStream random = random_stream(static_cast<std::uint64_t>(draw), "machine");
+  const Posterior drift =
+      drawn(truth.drift[0], {-3.2, -2.4, -1.6, -0.8, 0.0, 0.8, 1.6, 2.4, 3.2}, {-4, -2, 0, 2, 4}, random);
+  const Posterior log_gain = drawn(truth.input_gain[0].log, {-3, 0, 3}, {-4, 0, 4}, random);
+  Learner learner;
+  learner.period = 0.5;
+  learner.probing_input = {3.0};
+  learner.order = ProbeOrder::in_turn;
+  learner.window = DerivativeWindow{};
+  learner.monitor = Monitor{};
+  const long calls = 600;
+  Learning learning({learner, {}, kPeriod, calls, false}, Belief(believed, 1), random_stream(1, "learning"));
+  const auto acceleration = [&](const Eigen::Vector2d& x, double u) {
+    return drift.predict(span_of(x)).mean + std::exp(log_gain.predict(span_of(x)).mean) * u;
+  };
+  Eigen::Vector2d x(0.0, 0.0);
+  for (long k = 0; k < calls; ++k) {
+    const BeliefMarginals seen = learning.see(k, x);
+    double u = 0.0;
+    if (learning.probe()) {
+      u = learning.input()[0];
+    } else {
+      const double wanted = 4.0 * (1.0 - x[0]) - 3.0 * x[1];
+      u = std::clamp((wanted - seen.drift_mean[0]) / seen.gain_mean(0, 0), -15.0, 15.0);
+    }
+    learning.hold(JointVector::Constant(1, u));
+    for (int half = 0; half < 2; ++half) {  // the midpoint rule in half periods
+      const double h = 0.5 * kPeriod;
+      const Eigen::Vector2d middle = x + 0.5 * h * Eigen::Vector2d(x[1], acceleration(x, u));
+      x += h * Eigen::Vector2d(middle[1], acceleration(middle, u));
+    }
+    if (x.cwiseAbs().maxCoeff() > 6.0) break;  // where the draw says nothing
+  }
+  learning.finish();
+  return learning.record();
+}
+
+}  // namespace
+
+TEST_CASE("With right priors no alarm is raised in 99 of 100 runs", "[control][slow]") {
+  int alarms = 0, passing = 0;
+  for (int draw = 0; draw < 1000; ++draw) {
+    const LearningRecord record = learned(right_prior(), right_prior(), draw);
+    alarms += record.alarms > 0 ? 1 : 0;
+    passing += record.passing_samples;
+  }
+  WARN(alarms << " of 1000 runs with right priors raise an alarm; " << passing / 1000 << " samples a run in passing");
+  CHECK(alarms <= 10);
+  CHECK(passing > 5000);  // the test had something to look at
+}
+
+TEST_CASE("A drift that is believed ten times too small is found in all runs but few, and early", "[control]") {
+  BeliefPrior confident = right_prior();
+  scale_output(confident.drift[0].kernel, 0.1);
+  int found = 0;
+  double time = 0.0;
+  for (int draw = 0; draw < 40; ++draw) {
+    const LearningRecord record = learned(right_prior(), confident, draw);
+    if (!record.first_alarm) continue;
+    ++found;
+    time += *record.first_alarm;
+  }
+  WARN(found << " of 40 found, after " << time / found << " s");
+  CHECK(found >= 36);
+  CHECK(time / found < 2.0);
+}

@@ -1,0 +1,66 @@
+// The learner of configs/exp?_robust.yaml beside the paper's, away from its start, goal and sensor.
+
+#include <catch2/catch.hpp>
+
+#include "io/read.hpp"
+#include "support/studies.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+
+namespace {
+
+StudyOutcome robust(int experiment, const std::vector<std::string>& changes = {}) {
+  Node spec = read_yaml(config("exp" + std::to_string(experiment) + "_robust.yaml"));
+  for (const std::string& change : changes) set_path(spec, change);
+  return run_one(read<Study>(spec));
+}
+
+}  // namespace
+
+TEST_CASE("Experiment 2's wrong prior is found within a second, and SP1 then ends at the goal", "[experiment]") {
+  const StudyOutcome outcome = robust(2);
+  CHECK(metric(outcome, "SP1", "first_alarm") < 1.0);
+  CHECK(metric(outcome, "SP1", "final_error") < 0.05);
+  CHECK(metric(outcome, "SP1", "squared_error") < 1.5 * 81.98);  // Experiment 3's SP1
+  CHECK(metric(outcome, "paper1", "final_error") > 1.0);
+}
+
+TEST_CASE("In the robust studies the paper's learner does what it does in the paper's", "[experiment]") {
+  for (const int experiment : {1, 2, 3}) {
+    const StudyOutcome both = robust(experiment), paper = run_config("exp" + std::to_string(experiment) + ".yaml");
+    for (const auto& [one, other] : {std::pair{"paper1", "SP1"}, {"paper2", "SP2"}}) {
+      CHECK(metric(both, one, "squared_error") == metric(paper, other, "squared_error"));
+      CHECK(metric(both, one, "gain_points") == metric(paper, other, "gain_points"));
+    }
+  }
+}
+
+TEST_CASE("A period of delay, a lag and positions alone cost hardly anything at the goal", "[experiment]") {
+  for (const int experiment : {1, 3}) {
+    for (const char* flaw : {"sensor.delay_periods=1", "model.effects=[{type: actuator_lag, time_constant: 0.02}]",
+                             "sensor={positions_only: true, noise: 1e-5}"}) {
+      INFO("Experiment " << experiment << ", " << flaw);
+      const StudyOutcome outcome = robust(experiment, {flaw});
+      CHECK(metric(outcome, "SP1", "final_error") < 0.02);
+      CHECK(metric(outcome, "SP2", "final_error") < 0.02);
+    }
+  }
+}
+
+TEST_CASE("A delay is found and told", "[experiment]") {
+  CHECK(metric(robust(1, {"sensor.delay_periods=2"}), "SP1", "delay") == Approx(0.02).margin(0.003));
+  CHECK(metric(robust(3, {"model.effects=[{type: input_delay, delay: 0.01}]"}), "SP1", "delay") ==
+        Approx(0.01).margin(0.003));
+}
+
+TEST_CASE("Goals, starts and machines that nobody picked are reached", "[experiment]") {
+  for (const char* change :
+       {"reference.position=1", "reference.position=-2", "initial_state={position: 0.8, velocity: 2}",
+        "model.parameters={length: 1.2, friction: 1.4, mass: 0.9, gravity: 9.81}"}) {
+    INFO(change);
+    const StudyOutcome outcome = robust(1, {change});
+    CHECK(metric(outcome, "SP2", "final_error") < 0.05);
+    CHECK(metric(outcome, "SP2", "squared_error") < 1.1 * metric(outcome, "oracle", "squared_error"));
+  }
+}
