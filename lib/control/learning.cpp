@@ -34,7 +34,7 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
     timing_ = setup_.timing ? TimingEstimate(*setup_.timing)
                             : TimingEstimate(window->longest_delay, dt, setup_.positions_only);
     const long late = std::lround(std::ceil(window->longest_delay / dt));
-    capacity = longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
+    capacity = 2L * longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
   }
   if (const auto& monitor = setup_.learner.monitor) {
     monitor_calls_ = std::max(1L, std::lround(monitor->period / dt));
