@@ -96,11 +96,21 @@ GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const P
   const int n = belief.joints(), j = probe.column;
   const double u = sample.variance ? sample.input[j] : probing_input(learner, probe, n)[j];
   GainEstimate by_drift{JointVector(n), JointVector(n)};
+  const BeliefMarginals believed = belief.predict(sample.x);
   for (int i = 0; i < n; ++i) {
     const Marginal drift = belief.drift(i).predict(span_of(sample.x));
-    by_drift.value[i] = (sample.acceleration[i] - drift.mean) / u;
-    const double measured = sample.variance ? (*sample.variance)[i] : 0.0;
-    by_drift.variance[i] = (belief.drift(i).prior().noise_variance + drift.variance + measured) / (u * u);
+    double rest = sample.acceleration[i] - drift.mean;
+    double variance = belief.drift(i).prior().noise_variance + drift.variance;
+    if (sample.variance) {
+      variance += (*sample.variance)[i];
+      for (int m = 0; m < n; ++m) {
+        if (m == j) continue;
+        rest -= believed.gain_mean(i, m) * sample.input[m];
+        variance += believed.gain_variance(i, m) * sample.input[m] * sample.input[m];
+      }
+    }
+    by_drift.value[i] = rest / u;
+    by_drift.variance[i] = variance / (u * u);
   }
   if (!sample.gain) return by_drift;
   const double jump = (*sample.gain)[j], variance = (*sample.gain_variance)[j];
@@ -113,24 +123,30 @@ Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, cons
   const int n = belief.joints();
   Absorbed result{0, 0, 0, JointVector::Zero(n)};
   if (probe.column == Probe::kDrift) {
+    const BeliefMarginals believed = belief.predict(sample.x);
     for (int i = 0; i < n; ++i) {
+      double target = sample.acceleration[i];
       std::optional<double> noise;
-      if (sample.variance) noise = belief.drift(i).prior().noise_variance + (*sample.variance)[i];
-      learn(belief.drift(i), i, sample.x, sample.acceleration[i], noise, result);
+      if (sample.variance) {  // what is left of the input that was held before still acts
+        target -= believed.gain_mean.row(i).dot(sample.input);
+        noise = belief.drift(i).prior().noise_variance + (*sample.variance)[i] +
+                believed.gain_variance.row(i).dot(sample.input.cwiseAbs2());
+      }
+      learn(belief.drift(i), i, sample.x, target, noise, result);
     }
     return result;
   }
 
   const int j = probe.column;
   const auto [estimate, variance] = estimate_gain(belief, learner, probe, sample);
-  if (!(estimate[j] > 0.0)) return {1, 0, 0, JointVector::Zero(n)};
+  if (!(estimate[j] > 0.0) || !std::isfinite(estimate[j])) return {1, 0, 0, JointVector()};
   for (int i = 0; i < n; ++i) {
     Posterior& gain = belief.gain(i, j);
     const double target = i == j ? std::log(estimate[i]) : estimate[i];
-    const double scale = i == j ? 1.0 / (estimate[i] * estimate[i]) : 1.0;
+    const double squared = i == j ? estimate[i] * estimate[i] : 1.0;
     std::optional<double> noise;
-    if (learner.gain_noise == GainNoise::propagated) noise = variance[i] * scale;
-    if (sample.variance) noise = variance[i] * scale + gain.prior().noise_variance;
+    if (learner.gain_noise == GainNoise::propagated) noise = variance[i] / squared;
+    if (sample.variance) noise = variance[i] / squared + gain.prior().noise_variance;
     learn(gain, i, sample.x, target, noise, result);
   }
   return result;

@@ -112,7 +112,7 @@ struct GainEstimate {
 };
 
 /// Eq. (5) and (6) of the paper, by what is believed of the drift. Where a jump of the input told b without it, that is
-/// the estimate if its relative variance is at most `enough`, or less than that of the other.
+/// the estimate if its relative variance is at most `asked_gain_variance`, or less than that of the other.
 GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample);
 
 /// Relative variance of an estimate of b_jj with which a probe is content.

@@ -33,7 +33,8 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
     for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
     timing_ = setup_.timing ? TimingEstimate(*setup_.timing)
                             : TimingEstimate(window->longest_delay, dt, setup_.positions_only);
-    const long late = std::lround(std::ceil(window->longest_delay / dt));
+    const Timing known = setup_.timing.value_or(Timing{});
+    const long late = std::lround(std::ceil(std::max(window->longest_delay, known.delay + known.lag) / dt));
     capacity = 2L * longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
   }
   if (const auto& monitor = setup_.learner.monitor) {
@@ -59,6 +60,11 @@ BeliefMarginals Learning::see(long k, const StateVector& seen) {
   return believed_;
 }
 
+JointVector Learning::input() const {
+  const bool leading = history_.calls() - 1 < probe_->start + probe_lead_;
+  return probing_input(setup_.learner, leading ? Probe{} : *probe_, belief_.joints());
+}
+
 void Learning::finish() {
   if (setup_.tuning.when == TuneWhen::at_end) {
     count(tune(belief_, setup_.tuning, random_));
@@ -74,16 +80,17 @@ void Learning::finish_probe(long k) {
     if (age >= setup_.learner.hold_periods) end_probe(k);
     return;
   }
-  const auto samples = static_cast<int>(age - probe_wait_ + 1);
-  if (samples < fits_.front().samples() || age < setup_.learner.hold_periods) return;
-  const bool longest = samples >= fits_.back().samples();
+  const auto seen = static_cast<int>(age - probe_lead_ - probe_wait_ + 1), most = fits_.back().samples();
+  if (seen < fits_.front().samples() || age < setup_.learner.hold_periods) return;
+  const bool longest = seen >= most;
+  const int samples = std::min(seen, most);
   if (!timing_.known() && !longest && samples < fits_.front().samples() + kBeforeProbe) return;
-  if (timed_probes_ == 0 && probe_->column != Probe::kDrift) time_probe(k);
+  if (!timing_.known()) time_probe(k);
   Measured measured = window(k - samples + 1, samples);
   if (probe_->column != Probe::kDrift) add_jump(measured.sample, k);
   if (!best_ || inaccuracy(measured.sample) < inaccuracy(best_->sample)) best_ = measured;
   if (inaccuracy(best_->sample) > 1.0 && !longest) return;
-  if (timed_probes_ < kTimedProbes) time_probe(k);
+  time_probe(k);
   keep_noise(*best_);
   learn({probe_, best_->sample}, k);
   end_probe(k);
@@ -93,6 +100,7 @@ void Learning::end_probe(long k) {
   const long length = k - probe_->start;
   probe_.reset();
   best_.reset();
+  probe_timed_ = false;
   if (setup_.learner.schedule == Schedule::after_probe) next_instant_ = k + period_calls_;
   if (!test_) return;
   // A probe that was held longer than it had to be is followed by a longer rest: machines run away while they are
@@ -104,9 +112,11 @@ void Learning::end_probe(long k) {
   }
 }
 
-/// Asks the running probe how late its input acted.
+/// Asks the running probe, once, how late its input acted.
 void Learning::time_probe(long k) {
+  if (probe_timed_ || timed_probes_ >= kTimedProbes) return;
   timing_.add(history_, before(*probe_), k);
+  probe_timed_ = true;
   ++timed_probes_;
 }
 
@@ -120,14 +130,21 @@ double Learning::inaccuracy(const Derivative& sample) const {
 
 /// Whether too little is known of b for learning in passing.
 bool Learning::vague(const BeliefMarginals& believed) const {
-  return !complete() || believed.log_gain_variance.maxCoeff() > kVagueGain * setup_.learner.gain_threshold;
+  if (!complete()) return true;
+  const double most = kVagueGain * setup_.learner.gain_threshold;
+  bool beside = false;  // the diagonal
+  for (int i = 0; i < belief_.joints(); ++i) {
+    for (int j = 0; j < belief_.joints(); ++j) beside = beside || (i != j && believed.gain_variance(i, j) > most);
+  }
+  return beside || believed.log_gain_variance.maxCoeff() > most;
 }
 
-/// The first call that shows the motion before a probe's jump.
+/// The first call that shows the motion before a probe's jump: while all inputs were 0 where there are several.
 long Learning::before(const Probe& probe) const {
+  const long late = timing_.known() ? std::lround(timing_.best().delay / setup_.control_period) : waiting();
+  if (probe_lead_ > 0) return probe.start + probe_wait_;
   const long as_long = std::max<long>(kBeforeProbe, window_samples() / 2);
-  return std::max(probe.start - as_long,
-                  timing_.known() ? std::lround(timing_.best().delay / setup_.control_period) : waiting());
+  return std::max(probe.start - as_long, late);
 }
 
 /// Whether every process has a sample.
@@ -138,10 +155,10 @@ bool Learning::complete() const {
 }
 
 void Learning::pass(long k) {
-  if (!test_ || probe_ || k < next_passing_ || !timing_.known() || vague(believed_)) return;
+  if (!test_ || probe_ || k < next_passing_ || !timing_.known()) return;
   const int samples = window_samples();
   const long first = k - samples + 1;
-  if (first < used_) return;
+  if (first < used_ || vague(believed_)) return;
   next_passing_ = k + monitor_calls_;
   const Measured measured = window(first, samples);
   keep_noise(measured);
@@ -154,11 +171,14 @@ void Learning::start_probe(const BeliefMarginals& believed, long k) {
     probe_ = decide(setup_.learner, believed, sample_noise(believed), last_probed_, k);
     if (probe_) last_probed_ = probe_->column;
     probe_wait_ = waiting();
+    // The inputs of several joints must not jump together: before one is probed all are 0 for a while.
+    const bool several = !fits_.empty() && belief_.joints() > 1 && probe_ && probe_->column != Probe::kDrift;
+    probe_lead_ = several ? probe_wait_ + kBeforeProbe : 0;
   }
   next_instant_ = k + period_calls_;
 }
 
-/// Calls after its beginning at which a probe's input acts alone.
+/// Calls after its beginning at which a probe's input has settled, as far as is known.
 long Learning::waiting() const {
   if (fits_.empty()) return 0;
   const double longest = setup_.learner.window->longest_delay, dt = setup_.control_period;
@@ -281,7 +301,7 @@ bool Learning::is_test(const Sample& sample) {
 void Learning::learn(const Sample& sample, long k) {
   const Absorbed absorbed = absorb(sample);
   used_ = k;
-  if (test_ && absorbed.taken > 0) samples_.push_back(sample);
+  if (test_) samples_.push_back(sample);
   record_.refused_gain_estimates += absorbed.refused;
   record_.skipped_samples += absorbed.skipped;
   if (!sample.probe && absorbed.taken > 0) ++record_.passing_samples;
@@ -329,14 +349,16 @@ void Learning::count(const TuneResult& result) {
 /// After an alarm: hyper-parameters anew, and scales so wide that what was seen is no longer surprising.
 void Learning::widen() {
   const Tuning& tuning = setup_.tuning;
-  const auto renew = [&](Posterior& process, const EvidenceOptions& options) {
+  const auto renew = [&](Posterior& process, const EvidenceOptions& options, int slot) {
     if (process.size() == 0) return;
+    tuned_size_[static_cast<std::size_t>(slot)] = process.size();
     if (process.size() >= std::max(kLeastTuned, tuning.least_samples)) count(tune(process, options, random_));
     bayesctrl::widen(process);
   };
-  for (int i = 0; i < belief_.joints(); ++i) {
-    renew(belief_.drift(i), tuning.evidence);
-    for (int j = 0; j < belief_.joints(); ++j) renew(belief_.gain(i, j), tuning.for_gain());
+  const int n = belief_.joints();
+  for (int i = 0; i < n; ++i) {
+    renew(belief_.drift(i), tuning.evidence, i * (n + 1));
+    for (int j = 0; j < n; ++j) renew(belief_.gain(i, j), tuning.for_gain(), i * (n + 1) + j + 1);
   }
   replay();
 }
@@ -345,15 +367,13 @@ void Learning::widen() {
 /// believed then.
 void Learning::replay() {
   const int n = belief_.joints();
-  const auto again = [](Posterior& process, const Posterior& begun, std::size_t more) {
-    Posterior fresh = condition(process.prior(), begun);
-    fresh.reserve(fresh.size() + static_cast<int>(more));
-    process = std::move(fresh);
+  const auto again = [this](Posterior& process, const Posterior& begun) {
+    process = condition(process.prior(), begun);
+    process.reserve(process.size() + capacity_);
   };
-  const auto room = static_cast<std::size_t>(capacity_);
   for (int i = 0; i < n; ++i) {
-    again(belief_.drift(i), begun_.drift(i), room);
-    for (int j = 0; j < n; ++j) again(belief_.gain(i, j), begun_.gain(i, j), room);
+    again(belief_.drift(i), begun_.drift(i));
+    for (int j = 0; j < n; ++j) again(belief_.gain(i, j), begun_.gain(i, j));
   }
   for (const Sample& sample : samples_) absorb(sample);
 }

@@ -42,9 +42,9 @@ class Learning {
   /// Control call k sees `seen`: learns from what is complete, and returns what is believed there.
   BeliefMarginals see(long k, const StateVector& seen);
 
-  /// The running probe, if any, and its input.
+  /// The running probe, if any, and its input at the last call.
   const std::optional<Probe>& probe() const { return probe_; }
-  JointVector input() const { return probing_input(setup_.learner, *probe_, belief_.joints()); }
+  JointVector input() const;
 
   /// The input that is held until the next call.
   void hold(const JointVector& input) { history_.hold(input); }
@@ -104,13 +104,13 @@ class Learning {
   std::optional<Probe> probe_;
   int last_probed_ = Probe::kDrift - 1;  // so that the drift has the first turn
   long next_instant_ = 0, next_passing_ = 0;
-  long used_ = 0;        // samples before this call have been learned from
-  long probe_wait_ = 0;  // calls of the running probe before its window, which
-  int probe_samples_ = 3;
-  long probe_hold_ = 3;
+  long used_ = 0;                 // samples before this call have been learned from
+  long probe_wait_ = 0;           // calls of the running probe that its input needs to settle,
+  long probe_lead_ = 0;           // after so many at which all inputs are 0
   std::optional<Measured> best_;  // sample of the running probe so far
   std::vector<WindowFit> fits_;   // by samples, from the shortest
   TimingEstimate timing_;
+  bool probe_timed_ = false;  // the running probe was asked
   int timed_probes_ = 0;
   JointVector noise_;            // variance of the sensor's, of each joint, from all windows
   double noise_freedom_ = 0.0;   // and its degrees of freedom

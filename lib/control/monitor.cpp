@@ -6,6 +6,7 @@
 namespace bayesctrl {
 
 bool SurpriseTest::operator()(double z) {
+  if (!std::isfinite(z)) return false;
   const double alarm = -std::log(false_alarm_rate_);
   const double most = 0.7 * alarm;  // of one surprise
   for (std::size_t i = 0; i < kScales.size(); ++i) {

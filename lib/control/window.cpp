@@ -115,10 +115,10 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   const int samples = static_cast<int>(last - first + 1), joints = history.joints();
   const int columns = positions_only ? 4 : 3;
   const JointVector none = JointVector::Zero(joints);
-  JumpFit fit{history.seen(first + samples / 2), none, none, none, none, 0};
+  JumpFit fit{none, none, none, none, none, 0};
   if (samples < columns + 3) return fit;
   Eigen::MatrixXd motion = seen_motion(history, first, samples, positions_only), basis(samples, columns + 1);
-  Eigen::MatrixXd richer(samples, columns + 2);
+  Eigen::MatrixXd richer(samples, columns + 2), others = Eigen::MatrixXd::Zero(samples, joints);
   richer.leftCols(columns + 1) = powers(times_around_middle(samples, dt), columns + 1);
   basis.leftCols(columns) = richer.leftCols(columns);
   for (int j = 0; j < joints; ++j) {
@@ -128,6 +128,7 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
       basis.col(columns) = shape;
     } else {
       motion -= shape * believed.col(j).transpose();
+      others.col(j) = shape;
     }
   }
   const Eigen::VectorXd shape = basis.col(columns);
@@ -139,6 +140,7 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   const auto solver = basis.householderQr(), richer_solver = richer.householderQr();
   for (int i = 0; i < joints; ++i) {
     const Eigen::VectorXd y = motion.col(i), c = solver.solve(y);
+    fit.of_others[i] = solver.solve(Eigen::VectorXd(others.col(i)))[columns];
     fit.gain[i] = c[columns];
     fit.bias[i] = richer_solver.solve(y)[columns + 1] - c[columns];
     fit.factor[i] = 1.0 / squares;
@@ -162,6 +164,9 @@ void TimingEstimate::add(const History& history, long first, long last) {
   const int columns = positions_only_ ? 4 : 3;
   if (samples < columns + joints + 2 || grid_.size() < 2) return;
   const Eigen::MatrixXd drift = powers(times_around_middle(samples, dt_), columns);
+  bool changes = false;  // an input, without which nothing is told
+  for (long k = first - 1; k < last; ++k) changes = changes || history.input(k) != history.input(k + 1);
+  if (!changes) return;
   const Eigen::MatrixXd motion = seen_motion(history, first, samples, positions_only_);
   double highest = 0.0;
   for (std::size_t g = 0; g < grid_.size(); ++g) {

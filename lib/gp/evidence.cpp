@@ -109,8 +109,9 @@ struct FreeParameters {
   std::vector<std::optional<HyperPrior>> priors;
 };
 
-FreeParameters free_parameters(GaussianProcess& prior, const EvidenceOptions& options) {
-  const auto& [bounds, priors, evaluations, restarts] = options;
+FreeParameters free_parameters(GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options) {
+  const EvidenceBounds& bounds = options.bounds;
+  const HyperPriors& priors = options.hyper_priors;
   FreeParameters free;
   Eigen::Index index = 0;
   const auto add = [&](double& value, const std::vector<double>& bound, const std::optional<HyperPrior>& believed) {
@@ -137,7 +138,9 @@ FreeParameters free_parameters(GaussianProcess& prior, const EvidenceOptions& op
       add(*parameter.value, bounds.period, priors.period);
     }
   }
-  add(prior.noise_variance, bounds.noise_variance, priors.noise_variance);
+  bool any = data.size() == 0;  // sample whose noise is the prior's: the others say nothing of it
+  for (int i = 0; i < data.size(); ++i) any = any || !data.has_own_noise(i);
+  if (any) add(prior.noise_variance, bounds.noise_variance, priors.noise_variance);
   return free;
 }
 
@@ -151,7 +154,7 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
                                   RandomStream& random) {
   EvidenceSummary best{prior, -kInfinity, 0, false};
   GaussianProcess candidate = prior;
-  const FreeParameters free = free_parameters(candidate, options);
+  const FreeParameters free = free_parameters(candidate, data, options);
   best.prior = candidate;
   if (free.values.empty() || data.size() == 0) {
     best.value = evidence(candidate, data).value;

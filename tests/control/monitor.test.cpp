@@ -1,6 +1,7 @@
 #include "control/monitor.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "base/random.hpp"
 
@@ -44,4 +45,6 @@ TEST_CASE("One surprise alone, however large, raises no alarm; two do, and then 
   CHECK(test(1e6));
   CHECK(test.log_evidence() == Approx(0.0).margin(1e-12));
   CHECK_FALSE(test(1e6));
+  CHECK_FALSE(test(std::nan("")));  // no surprise, and no end to the test
+  CHECK(test(1e6));
 }

@@ -253,3 +253,13 @@ TEST_CASE("Few samples alone say that a function is flat; with hyper-priors it s
   const double with = condition(maximized(prior, data, believed).prior, data).predict(span_of(far)).variance;
   CHECK(with > 5.0 * alone);
 }
+
+TEST_CASE("Where every sample has a noise of its own the prior's noise stays as it was", "[gp]") {
+  const GaussianProcess prior = process_with({SquaredExponential{1.0, {1.0, 1.0}}}, 0.1);
+  const Eigen::MatrixXd inputs = random_points(10, 2, 2.0, 62);
+  const Posterior data = condition(prior, inputs, smooth_at(inputs), std::vector<double>(10, 1e-3));
+  EvidenceOptions options;
+  options.restarts = 3;
+  options.hyper_priors.noise_variance = HyperPrior{5.0, 0.1};
+  CHECK(maximized(prior, data, options).prior.noise_variance == 0.1);
+}
