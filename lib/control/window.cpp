@@ -9,6 +9,7 @@ namespace bayesctrl {
 namespace {
 
 constexpr int kPieces = 4;               // of a control period, on which delays lie
+constexpr double kMostDelays = 60.0;     // of the grid of delays
 constexpr double kSmallestRest = 1e-20;  // of a sum of squares: what rounding leaves
 constexpr double kTellingShare = 1e-8;   // of an input's motion that no drift could have made
 constexpr double kTold = 5.0;            // nats between delays that are told apart
@@ -151,7 +152,8 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
 
 TimingEstimate::TimingEstimate(double longest, double dt, bool positions_only)
     : dt_(dt), positions_only_(positions_only), known_(false) {
-  const double h = dt / kPieces;
+  // Whole pieces, and no more than so many: a probe asks each of them.
+  const double h = dt / kPieces * std::max(1.0, std::ceil(longest / (dt / kPieces) / kMostDelays));
   for (double delay = 0.0; delay <= longest + 0.5 * h; delay += h) {
     for (double lag = 0.0; delay + lag <= longest + 0.5 * h; lag += 2.0 * h) grid_.push_back({delay, lag});
   }

@@ -122,6 +122,8 @@ TEST_CASE("Probes tell how late an input acts, and do not claim to know where no
   TimingEstimate blind(0.05, kSampling, true);
   blind.add(motion(60, {}, probe_at_30, 0.05), 22, 48);
   CHECK_FALSE(blind.known());
+  TimingEstimate fine(1.0, 1e-3, true);  // a thousand periods: asked in coarser steps, within a moment
+  fine.add(motion(60, {}, probe_at_30), 22, 48);
   CHECK(TimingEstimate(0.0, kSampling, true).known());  // there is nothing to find out
   CHECK(TimingEstimate(Timing{0.02, 0.0}).known());
 }
