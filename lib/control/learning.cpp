@@ -46,7 +46,7 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
   }
   history_ = History(n, static_cast<int>(capacity));
   noise_ = JointVector::Zero(n);
-  tuned_size_.assign(static_cast<std::size_t>(n * (n + 1)), 0);
+  tuned_size_.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1), 0);
   capacity_ = static_cast<int>(more);
   belief_.reserve(capacity_);
 }

@@ -154,8 +154,9 @@ TimingEstimate::TimingEstimate(double longest, double dt, bool positions_only)
     : dt_(dt), positions_only_(positions_only), known_(false) {
   // Whole pieces, and no more than so many: a probe asks each of them.
   const double h = dt / kPieces * std::max(1.0, std::ceil(longest / (dt / kPieces) / kMostDelays));
-  for (double delay = 0.0; delay <= longest + 0.5 * h; delay += h) {
-    for (double lag = 0.0; delay + lag <= longest + 0.5 * h; lag += 2.0 * h) grid_.push_back({delay, lag});
+  const auto count = static_cast<int>(std::floor(longest / h + 0.5));
+  for (int late = 0; late <= count; ++late) {
+    for (int lag = 0; late + lag <= count; lag += 2) grid_.push_back({late * h, lag * h});
   }
   for (const Timing& timing : grid_) log_likelihood_.push_back(-(timing.delay + timing.lag) / dt);  // late is unusual
   known_ = grid_.size() <= 1;
