@@ -64,7 +64,6 @@ struct Learner {
   }
 
   std::string problem() const {
-    if (monitor && !window) return "monitor needs a window: what is learned in passing is measured over one";
     for (const double u : probing_input) {
       if (u == 0.0) return "probing_input must not be 0: b cannot be seen without an input";
     }

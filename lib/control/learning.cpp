@@ -24,6 +24,8 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
       belief_(std::move(belief)),
       random_(random),
       period_calls_(std::max(1L, std::lround(setup_.learner.period / setup_.control_period))) {
+  // What is learned in passing is measured over a window.
+  if (setup_.learner.monitor && !setup_.learner.window) setup_.learner.window.emplace();
   const int n = belief_.joints();
   const double dt = setup_.control_period;
   long capacity = 4, more = setup_.calls / std::max(3L, period_calls_) + 2;

@@ -258,11 +258,3 @@ TEST_CASE("Of a probe's jump and of the drift that estimate of b is taken that i
   sample.gain_variance = JointVector::Constant(1, 1e3);
   CHECK(estimate_gain(belief, learner, probe, sample).value[0] == by_drift.value[0]);
 }
-
-TEST_CASE("A monitor without windows is refused", "[control]") {
-  Learner learner = example_learner();
-  learner.monitor = Monitor{};
-  CHECK(learner.problem() == "monitor needs a window: what is learned in passing is measured over one");
-  learner.window = DerivativeWindow{};
-  CHECK(learner.problem().empty());
-}
