@@ -31,7 +31,7 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
   long capacity = 4, more = setup_.calls / std::max(3L, period_calls_) + 2;
   if (const auto& window = setup_.learner.window) {
     const int shortest = setup_.positions_only ? 5 : 4;
-    const int longest = std::max(shortest, static_cast<int>(std::lround(window->longest / dt)) + 1);
+    const int longest = std::max(shortest, static_cast<int>(std::min(500.0, std::round(window->longest / dt))) + 1);
     for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
     timing_ = setup_.timing ? TimingEstimate(*setup_.timing)
                             : TimingEstimate(window->longest_delay, dt, setup_.positions_only);

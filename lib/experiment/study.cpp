@@ -13,8 +13,6 @@ namespace {
 
 constexpr double kMostSteps = 1e7;  // control calls of one run: beyond this the memory for its trajectory is not there
 
-constexpr double kMostWindowSamples = 500;  // a probe fits windows of every length up to this
-
 Problem joints_problem(const std::string& path, std::size_t given, int joints) {
   if (static_cast<int>(given) == joints) return {};
   return {path + " has " + std::to_string(given) + (given == 1 ? " value" : " values") + ", but the plant has " +
@@ -33,11 +31,6 @@ Problem learner_problem(const Study& study, const Learner& learner, const std::s
     return {"learner.period = " + format(learner.period) +
                 " s is not a multiple of control_period = " + format(study.control_period) + " s",
             path + ".period"};
-  }
-  if (learner.window && learner.window->longest / study.control_period > kMostWindowSamples) {
-    return {"learner.window.longest / control_period = " + format(learner.window->longest / study.control_period, 3) +
-                " samples of a window, at most " + format(kMostWindowSamples),
-            path + ".window.longest"};
   }
   Problem problem = one_or_each("learner.probing_input", learner.probing_input.size(), joints);
   if (learner.probing_input.empty()) problem.text = "learner.probing_input is empty";

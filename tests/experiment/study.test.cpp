@@ -74,8 +74,6 @@ TEST_CASE("Times that do not fit one another are refused", "[experiment]") {
   CHECK(problem_of("duration=0.001") == "duration is shorter than one control_period");
   CHECK(problem_of("duration=1e9", "control_period=0.01") ==
         "duration / control_period = 1e+11 control calls, at most 1e+07");
-  CHECK(problem_of("learner.window={longest: 10}") ==
-        "learner.window.longest / control_period = 1e+03 samples of a window, at most 500");
 }
 
 TEST_CASE("A controller that learns from one that is not there is refused, with a suggestion", "[experiment]") {
