@@ -14,26 +14,30 @@ constexpr double kNews = 2.0;        // standard deviations beyond which a sampl
 
 }  // namespace
 
+bool uncertain(const BeliefMarginals& belief, int column, double threshold) {
+  bool any = belief.log_gain_variance[column] > threshold;
+  for (int i = 0; i < belief.log_gain_variance.size(); ++i) {
+    any = any || (i != column && belief.gain_variance(i, column) > threshold);
+  }
+  return any;
+}
+
 std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& noise, int last,
                             long step) {
   const bool in_turn = learner.order == ProbeOrder::in_turn;
   const auto n = static_cast<int>(belief.drift_variance.size());
-  const auto uncertain = [&](int column) {
-    bool any = column != Probe::kDrift && belief.log_gain_variance[column] > learner.gain_threshold;
+  const auto due = [&](int column) {
+    if (column != Probe::kDrift) return uncertain(belief, column, learner.gain_threshold);
+    bool any = false;
     for (int i = 0; i < n; ++i) {
-      if (column == Probe::kDrift) {
-        const double least = in_turn ? noise[i] : 0.0;
-        any = any || belief.drift_variance[i] > std::max(learner.drift_threshold, least);
-      } else if (i != column) {
-        any = any || belief.gain_variance(i, column) > learner.gain_threshold;
-      }
+      any = any || belief.drift_variance[i] > std::max(learner.drift_threshold, in_turn ? noise[i] : 0.0);
     }
     return any;
   };
   const int first = in_turn ? last + 1 : Probe::kDrift;
   for (int turn = 0; turn <= n; ++turn) {
     const int column = (first - Probe::kDrift + turn) % (n + 1) + Probe::kDrift;
-    if (uncertain(column)) return Probe{column, step};
+    if (due(column)) return Probe{column, step};
   }
   return std::nullopt;
 }
@@ -63,9 +67,11 @@ namespace {
 
 std::span<const double> span_of(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
-/// How surprising a sample is, (y - E y) / sd y.
-double surprise(const Marginal& before, double y, double noise) {
-  return (y - before.mean) / std::sqrt(before.variance + noise);
+/// What all inputs but `but` are believed to do to joint i.
+Marginal of_inputs(const BeliefMarginals& believed, int i, JointVector u, int but = Probe::kDrift) {
+  if (but != Probe::kDrift) u[but] = 0.0;
+  if (u.isZero(0.0)) return {};  // also where a gain is believed to be without bound
+  return {believed.gain_mean.row(i).dot(u), believed.gain_variance.row(i).dot(u.cwiseAbs2())};
 }
 
 /// Extends a process by one sample, with a noise of its own where it has one; one that cannot be taken is skipped.
@@ -82,9 +88,10 @@ void extend(Posterior& process, const StateVector& x, double y, std::optional<do
   }
 }
 
-/// The same, and notes the surprise in slot i.
+/// The same, and notes in slot i how surprising it was, (y - E y) / sd y.
 void learn(Posterior& process, int i, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
-  result.surprises[i] = surprise(process.predict(span_of(x)), y, noise.value_or(process.prior().noise_variance));
+  const Marginal before = process.predict(span_of(x));
+  result.surprises[i] = (y - before.mean) / std::sqrt(before.variance + noise.value_or(process.prior().noise_variance));
   extend(process, x, y, noise, result);
 }
 
@@ -98,19 +105,11 @@ GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const P
   GainEstimate by_drift{JointVector(n), JointVector(n)};
   const BeliefMarginals believed = belief.predict(sample.x);
   for (int i = 0; i < n; ++i) {
-    const Marginal drift = belief.drift(i).predict(span_of(sample.x));
-    double rest = sample.acceleration[i] - drift.mean;
-    double variance = belief.drift(i).prior().noise_variance + drift.variance;
-    if (sample.variance) {
-      variance += (*sample.variance)[i];
-      for (int m = 0; m < n; ++m) {
-        if (m == j) continue;
-        rest -= believed.gain_mean(i, m) * sample.input[m];
-        variance += believed.gain_variance(i, m) * sample.input[m] * sample.input[m];
-      }
-    }
-    by_drift.value[i] = rest / u;
-    by_drift.variance[i] = variance / (u * u);
+    const Marginal others = of_inputs(believed, i, sample.input, j);
+    const double measured = sample.variance ? (*sample.variance)[i] : 0.0;
+    by_drift.value[i] = (sample.acceleration[i] - believed.drift_mean[i] - others.mean) / u;
+    by_drift.variance[i] =
+        (belief.drift(i).prior().noise_variance + believed.drift_variance[i] + measured + others.variance) / (u * u);
   }
   if (!sample.gain) return by_drift;
   const double jump = (*sample.gain)[j], variance = (*sample.gain_variance)[j];
@@ -125,13 +124,10 @@ Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, cons
   if (probe.column == Probe::kDrift) {
     const BeliefMarginals believed = belief.predict(sample.x);
     for (int i = 0; i < n; ++i) {
-      double target = sample.acceleration[i];
+      const Marginal late = of_inputs(believed, i, sample.input);  // what was held before and still acts
+      const double target = sample.acceleration[i] - late.mean;
       std::optional<double> noise;
-      if (sample.variance) {  // what is left of the input that was held before still acts
-        target -= believed.gain_mean.row(i).dot(sample.input);
-        noise = belief.drift(i).prior().noise_variance + (*sample.variance)[i] +
-                believed.gain_variance.row(i).dot(sample.input.cwiseAbs2());
-      }
+      if (sample.variance) noise = belief.drift(i).prior().noise_variance + (*sample.variance)[i] + late.variance;
       learn(belief.drift(i), i, sample.x, target, noise, result);
     }
     return result;
@@ -159,10 +155,11 @@ Absorbed absorb_in_passing(Belief& belief, const Learner& learner, const Derivat
   const JointVector u = sample.input, u_squared = u.cwiseAbs2();
   for (int i = 0; i < n; ++i) {
     const double measured = belief.drift(i).prior().noise_variance + (sample.variance ? (*sample.variance)[i] : 0.0);
-    const double rest = sample.acceleration[i] - believed.drift_mean[i] - believed.gain_mean.row(i).dot(u);
-    const double of_gain = believed.gain_variance.row(i).dot(u_squared), open = believed.drift_variance[i] + of_gain;
-    const double z =
-        rest / std::sqrt(open + of_gain + measured);  // twice: samples in passing have that error in common
+    const Marginal inputs = of_inputs(believed, i, u);
+    const double rest = sample.acceleration[i] - believed.drift_mean[i] - inputs.mean;
+    const double open = believed.drift_variance[i] + inputs.variance;
+    // Twice that of the inputs: samples in passing have its error in common.
+    const double z = rest / std::sqrt(open + inputs.variance + measured);
     result.surprises[i] = z;
     if (open < std::min(learner.drift_threshold, measured) && std::abs(z) < kNews) continue;
 

@@ -79,8 +79,11 @@ struct Probe {
   long start = 0;
 };
 
+/// Whether a column of b is uncertain: log b_jj or, beside the diagonal, a b_ij has a variance above `threshold`.
+bool uncertain(const BeliefMarginals& belief, int column, double threshold);
+
 /// What the learner decides at a learning instant: the drift where it is uncertain, else the first uncertain column of
-/// b, else nothing. A column is uncertain by log b_jj or, beside the diagonal, by b_ij (same threshold). In turn: the
+/// b, else nothing. In turn: the
 /// first that is uncertain after the column `last`, and the drift's threshold is not below `noise`, the variance of one
 /// sample of each joint.
 std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& noise, int last,

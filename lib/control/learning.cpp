@@ -133,12 +133,11 @@ double Learning::inaccuracy(const Derivative& sample) const {
 /// Whether too little is known of b for learning in passing.
 bool Learning::vague(const BeliefMarginals& believed) const {
   if (!complete()) return true;
-  const double most = kVagueGain * setup_.learner.gain_threshold;
-  bool beside = false;  // the diagonal
-  for (int i = 0; i < belief_.joints(); ++i) {
-    for (int j = 0; j < belief_.joints(); ++j) beside = beside || (i != j && believed.gain_variance(i, j) > most);
+  bool any = false;
+  for (int j = 0; j < belief_.joints(); ++j) {
+    any = any || uncertain(believed, j, kVagueGain * setup_.learner.gain_threshold);
   }
-  return beside || believed.log_gain_variance.maxCoeff() > most;
+  return any;
 }
 
 /// The first call that shows the motion before a probe's jump: while all inputs were 0 where there are several.
@@ -319,27 +318,27 @@ void Learning::learn(const Sample& sample, long k) {
   }
 }
 
+/// Calls f(column, process, how it is tuned, its samples when it was last tuned) for each process of each joint.
+void Learning::for_each_process(auto&& f) {
+  auto tuned = tuned_size_.begin();
+  for (int i = 0; i < belief_.joints(); ++i) {
+    f(Probe::kDrift, belief_.drift(i), setup_.tuning.evidence, *tuned++);
+    for (int j = 0; j < belief_.joints(); ++j) f(j, belief_.gain(i, j), setup_.tuning.for_gain(), *tuned++);
+  }
+}
+
 /// Tunes the processes that the last sample may have extended: those of one column, or all.
 void Learning::tune_grown(std::optional<int> column) {
   const Tuning& tuning = setup_.tuning;
-  const int n = belief_.joints();
   bool tuned_any = false;
-  const auto add = [&](Posterior& process, const EvidenceOptions& options, int slot) {
-    int& tuned = tuned_size_[static_cast<std::size_t>(slot)];
+  for_each_process([&](int j, Posterior& process, const EvidenceOptions& options, int& tuned) {
+    if (column && j != *column) return;
     const bool due = process.size() % tuning.every == 0 && process.size() >= tuning.growth * tuned;
     if (process.size() < tuning.least_samples || !due || (!column && process.size() == tuned)) return;
     tuned = process.size();
     tuned_any = true;
     count(tune(process, options, random_));
-  };
-  for (int i = 0; i < n; ++i) {
-    for (int j = Probe::kDrift; j < n; ++j) {
-      if (column && j != *column) continue;
-      const bool drift = j == Probe::kDrift;
-      add(drift ? belief_.drift(i) : belief_.gain(i, j), drift ? tuning.evidence : tuning.for_gain(),
-          i * (n + 1) + j - Probe::kDrift);
-    }
-  }
+  });
   if (tuned_any && test_) replay();
 }
 
@@ -350,18 +349,12 @@ void Learning::count(const TuneResult& result) {
 
 /// After an alarm: hyper-parameters anew, and scales so wide that what was seen is no longer surprising.
 void Learning::widen() {
-  const Tuning& tuning = setup_.tuning;
-  const auto renew = [&](Posterior& process, const EvidenceOptions& options, int slot) {
+  for_each_process([&](int /*column*/, Posterior& process, const EvidenceOptions& options, int& tuned) {
     if (process.size() == 0) return;
-    tuned_size_[static_cast<std::size_t>(slot)] = process.size();
-    if (process.size() >= std::max(kLeastTuned, tuning.least_samples)) count(tune(process, options, random_));
+    tuned = process.size();
+    if (process.size() >= std::max(kLeastTuned, setup_.tuning.least_samples)) count(tune(process, options, random_));
     bayesctrl::widen(process);
-  };
-  const int n = belief_.joints();
-  for (int i = 0; i < n; ++i) {
-    renew(belief_.drift(i), tuning.evidence, i * (n + 1));
-    for (int j = 0; j < n; ++j) renew(belief_.gain(i, j), tuning.for_gain(), i * (n + 1) + j + 1);
-  }
+  });
   replay();
 }
 

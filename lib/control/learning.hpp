@@ -52,7 +52,6 @@ class Learning {
   /// The run is over.
   void finish();
 
-  const Belief& belief() const { return belief_; }
   Belief take_belief() { return std::move(belief_); }
   const LearningRecord& record() const { return record_; }
 
@@ -91,6 +90,7 @@ class Learning {
   Absorbed absorb(const Sample& sample);
   bool is_test(const Sample& sample);
   void learn(const Sample& sample, long k);
+  void for_each_process(auto&& f);
   void tune_grown(std::optional<int> column);
   void count(const TuneResult& result);
   void widen();

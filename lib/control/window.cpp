@@ -116,10 +116,10 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   const int samples = static_cast<int>(last - first + 1), joints = history.joints();
   const int columns = positions_only ? 4 : 3;
   const JointVector none = JointVector::Zero(joints);
-  JumpFit fit{none, none, none, none, none, 0};
+  JumpFit fit{none, none, none, none, 0};
   if (samples < columns + 3) return fit;
   Eigen::MatrixXd motion = seen_motion(history, first, samples, positions_only), basis(samples, columns + 1);
-  Eigen::MatrixXd richer(samples, columns + 2), others = Eigen::MatrixXd::Zero(samples, joints);
+  Eigen::MatrixXd richer(samples, columns + 2);
   richer.leftCols(columns + 1) = powers(times_around_middle(samples, dt), columns + 1);
   basis.leftCols(columns) = richer.leftCols(columns);
   for (int j = 0; j < joints; ++j) {
@@ -129,7 +129,6 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
       basis.col(columns) = shape;
     } else {
       motion -= shape * believed.col(j).transpose();
-      others.col(j) = shape;
     }
   }
   const Eigen::VectorXd shape = basis.col(columns);
@@ -141,7 +140,6 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   const auto solver = basis.householderQr(), richer_solver = richer.householderQr();
   for (int i = 0; i < joints; ++i) {
     const Eigen::VectorXd y = motion.col(i), c = solver.solve(y);
-    fit.of_others[i] = solver.solve(Eigen::VectorXd(others.col(i)))[columns];
     fit.gain[i] = c[columns];
     fit.bias[i] = richer_solver.solve(y)[columns + 1] - c[columns];
     fit.factor[i] = 1.0 / squares;

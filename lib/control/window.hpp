@@ -106,7 +106,6 @@ InputMotion motion_of_input(const History& history, int input, long first, int s
 struct JumpFit {
   JointVector gain, factor;    // b_ij, and the factor of a sensor's noise variance in its variance
   JointVector bias;            // by how much b_ij changes if the acceleration's second derivative is allowed for
-  JointVector of_others;       // b_ij that an unknown b_im = 1 of input m would be taken for, one per input; 0 for j
   JointVector rest;            // sums of squared residuals
   int degrees_of_freedom = 0;  // 0: the input did not change enough to tell
 };
