@@ -65,11 +65,11 @@ Belief::Belief(const BeliefPrior& prior, int joints) {
   }
 }
 
-int Belief::drift_points() const { return drift_.empty() ? 0 : drift_.front().size(); }
+int Belief::drift_points() const { return drift_.empty() ? 0 : drift_.front().absorbed(); }
 
 int Belief::gain_points() const {
   int points = 0;
-  for (int j = 0; j < joints(); ++j) points += gain(j, j).size();
+  for (int j = 0; j < joints(); ++j) points += gain(j, j).absorbed();
   return points;
 }
 

@@ -14,10 +14,15 @@ namespace bayesctrl {
 struct InnerLaw {
   double position_weight = 1.0;
   double velocity_weight = 1.0;
+  double lead = 0.0;
 
   static void fields(auto& self, auto&& field) {
     field("position_weight", self.position_weight, {kPositive, "1/s^2", "w1", kRequired});
     field("velocity_weight", self.velocity_weight, {kPositive, "1/s", "w2", kRequired});
+    field(
+        "lead", self.lead,
+        {kNonNegative, "s",
+         "a and b are taken at the velocity that u' leads to in this time: dry friction then opposes what is wanted"});
   }
 
   JointVector operator()(const ReferencePoint& xi, const JointVector& q, const JointVector& v) const {

@@ -15,6 +15,7 @@ constexpr int kLeastTuned = 3;         // samples of a process that are tuned af
 constexpr int kTimedProbes = 8;        // of which the timing is estimated
 constexpr long kBeforeProbe = 6;       // calls before a probe that show its jump
 constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows that a new one is weighed against
+constexpr long kMostReserved = 4000;   // samples that there is room for from the start
 constexpr double kVagueGain = 4.0;     // thresholds: with less known of b nothing is learned in passing
 
 }  // namespace
@@ -49,7 +50,7 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
   history_ = History(n, static_cast<int>(capacity));
   noise_ = JointVector::Zero(n);
   tuned_size_.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1), 0);
-  capacity_ = static_cast<int>(more);
+  capacity_ = static_cast<int>(std::min(more, kMostReserved));
   belief_.reserve(capacity_);
 }
 
@@ -310,8 +311,7 @@ void Learning::learn(const Sample& sample, long k) {
   bool alarm = false;
   for (const double z : absorbed.surprises) alarm = (tested && (*test_)(z)) || alarm;
   if (alarm) {
-    ++record_.alarms;
-    if (!record_.first_alarm) record_.first_alarm = static_cast<double>(k) * setup_.control_period;
+    record_.alarms.push_back(static_cast<double>(k) * setup_.control_period);
     widen();
   } else if (setup_.tuning.when == TuneWhen::every_sample && absorbed.taken > 0) {
     tune_grown(sample.probe ? std::optional(sample.probe->column) : std::nullopt);
@@ -363,7 +363,7 @@ void Learning::widen() {
 void Learning::replay() {
   const int n = belief_.joints();
   const auto again = [this](Posterior& process, const Posterior& begun) {
-    process = condition(process.prior(), begun);
+    process = begun.over_budget() ? begun : condition(process.prior(), begun);
     process.reserve(process.size() + capacity_);
   };
   for (int i = 0; i < n; ++i) {

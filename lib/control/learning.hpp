@@ -22,15 +22,14 @@ struct LearningSetup {
 
 /// What happened while a run learned.
 struct LearningRecord {
-  int refused_gain_estimates = 0;     // estimates of b that were not positive
-  int tuning_evaluations = 0;         // of the marginal likelihood
-  int failed_tunings = 0;             // after which the hyper-parameters stayed as they were
-  int skipped_samples = 0;            // that a process could not take
-  int passing_samples = 0;            // taken without a probe
-  bool monitored = false;             // there is a monitor
-  int alarms = 0;                     // that it raised
-  std::optional<double> first_alarm;  // s
-  std::optional<Timing> timing;       // how late inputs were found to act, once that was known
+  int refused_gain_estimates = 0;  // estimates of b that were not positive
+  int tuning_evaluations = 0;      // of the marginal likelihood
+  int failed_tunings = 0;          // after which the hyper-parameters stayed as they were
+  int skipped_samples = 0;         // that a process could not take
+  int passing_samples = 0;         // taken without a probe
+  bool monitored = false;          // there is a monitor
+  std::vector<double> alarms;      // times at which it raised one (s)
+  std::optional<Timing> timing;    // how late inputs were found to act, once that was known
 };
 
 /// The learning procedure over one run: watches the machine, decides what to probe, takes samples, tunes
@@ -52,6 +51,7 @@ class Learning {
   /// The run is over.
   void finish();
 
+  const Belief& belief() const { return belief_; }
   Belief take_belief() { return std::move(belief_); }
   const LearningRecord& record() const { return record_; }
 

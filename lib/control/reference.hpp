@@ -70,7 +70,46 @@ struct Sine {
   bool operator==(const Sine&) const = default;
 };
 
-using Reference = std::variant<Setpoint, Sine>;
+/// from + (to - from) / (1 + exp(-rate (t - time))) in each joint.
+struct SmoothStep {
+  static constexpr std::string_view kName = "smooth_step";
+  static constexpr std::string_view kText = "go from one position to another about a time, as a logistic function";
+  std::vector<double> from{0.0};
+  std::vector<double> to{1.0};
+  std::vector<double> time{1.0};
+  std::vector<double> rate{1.0};
+
+  static void fields(auto& self, auto&& field) {
+    field("from", self.from, {kAny, "rad or m", "one per joint", kRequired});
+    field("to", self.to, {kAny, "rad or m", "one per joint", kRequired});
+    field("time", self.time, {kAny, "s", "when it is half way, one per joint", kRequired});
+    field("rate", self.rate, {kPositive, "1/s", "of the logistic function, one per joint", kRequired});
+  }
+
+  std::string problem() const {
+    return from.size() == to.size() && from.size() == time.size() && from.size() == rate.size()
+               ? ""
+               : "smooth_step needs as many numbers in to, time and rate as in from";
+  }
+
+  int joints() const { return static_cast<int>(from.size()); }
+
+  ReferencePoint at(double t) const {
+    const auto n = static_cast<Eigen::Index>(from.size());
+    ReferencePoint point{JointVector(n), JointVector(n), JointVector(n)};
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double way = to[i] - from[i], share = 1.0 / (1.0 + std::exp(-rate[i] * (t - time[i])));
+      const double slope = rate[i] * share * (1.0 - share);
+      point.position[i] = from[i] + way * share;
+      point.velocity[i] = way * slope;
+      point.acceleration[i] = way * rate[i] * slope * (1.0 - 2.0 * share);
+    }
+    return point;
+  }
+  bool operator==(const SmoothStep&) const = default;
+};
+
+using Reference = std::variant<Setpoint, Sine, SmoothStep>;
 
 inline ReferencePoint at(const Reference& reference, double t) {
   return std::visit([t](const auto& form) { return form.at(t); }, reference);

@@ -7,7 +7,7 @@
 namespace bayesctrl {
 
 TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random) {
-  if (data.size() == 0) return {};
+  if (data.size() == 0 || data.over_budget()) return {};
   try {
     const EvidenceSummary best = maximize_evidence(data.prior(), data, options, random);
     data = condition(best.prior, data);

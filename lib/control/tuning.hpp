@@ -42,7 +42,8 @@ struct TuneResult {
   int failed = 0;       // processes whose likelihood could not be evaluated, which stay as they were
 };
 
-/// Maximises the evidence of one process under its data and conditions the optimum on them. `data` keeps its samples.
+/// Maximises the evidence of one process under its data and conditions the optimum on them. `data` keeps its samples; a
+/// process over its budget stays as it is.
 TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random);
 
 /// Tunes every process of the belief that holds as many samples as it must.

@@ -45,12 +45,25 @@ bool adaptive(const Outcome& outcome) { return outcome.result.belief.joints() > 
 
 bool watched(const Outcome& outcome) { return outcome.result.learning.monitored; }
 
+double first_alarm(const LoopResult& result) {
+  return result.learning.alarms.empty() ? kNotApplicable : result.learning.alarms.front();
+}
+
 /// What is worth a column only where it happened.
 double if_any(int count) { return count > 0 ? count : kNotApplicable; }
 
 double estimated_delay(const LoopResult& result) {
   const auto& timing = result.learning.timing;
   return timing ? timing->delay + timing->lag : kNotApplicable;
+}
+
+/// Microseconds of a control call that a share of them does not exceed.
+double latency(const LoopResult& result, double share) {
+  std::vector<double> seconds = result.call_seconds;
+  if (seconds.empty()) return kNotApplicable;
+  const auto place = static_cast<std::ptrdiff_t>(share * static_cast<double>(seconds.size() - 1));
+  std::nth_element(seconds.begin(), seconds.begin() + place, seconds.end());
+  return 1e6 * seconds[static_cast<std::size_t>(place)];
 }
 
 constexpr std::array kMetrics{
@@ -91,9 +104,11 @@ constexpr std::array kMetrics{
         "passing_points", "", "of the new points, taken without a probe", true,
         [](const Study&, const Outcome& o) { return watched(o) ? o.result.learning.passing_samples : kNotApplicable; }},
     Metric{"alarms", "", "of the monitor: the belief was over-confident, its prior was widened", true,
-           [](const Study&, const Outcome& o) { return watched(o) ? o.result.learning.alarms : kNotApplicable; }},
+           [](const Study&, const Outcome& o) {
+             return watched(o) ? static_cast<double>(o.result.learning.alarms.size()) : kNotApplicable;
+           }},
     Metric{"first_alarm", "s", "time of the first of them", false,
-           [](const Study&, const Outcome& o) { return o.result.learning.first_alarm.value_or(kNotApplicable); }},
+           [](const Study&, const Outcome& o) { return first_alarm(o.result); }},
     Metric{"delay", "s", "found between an input and what is seen of it, delay and lag together", false,
            [](const Study&, const Outcome& o) { return estimated_delay(o.result); }},
     Metric{"settling_time", "s", "from when on the position stays within 5 % of its way, or 0.05, of the reference",
@@ -104,6 +119,10 @@ constexpr std::array kMetrics{
            [](const Study&, const Outcome& o) { return last(o) ? final_error(*last(o)) : kNotApplicable; }},
     Metric{"peak_input", "unit of u", "largest |u_i| at a control call", false,
            [](const Study&, const Outcome& o) { return last(o) ? peak_input(o.result) : kNotApplicable; }},
+    Metric{"latency_median", "us", "of the controller's calls, with output.latency", false,
+           [](const Study&, const Outcome& o) { return latency(o.result, 0.5); }},
+    Metric{"latency_99", "us", "which 99 % of the calls do not exceed", false,
+           [](const Study&, const Outcome& o) { return latency(o.result, 0.99); }},
 };
 
 }  // namespace

@@ -21,14 +21,15 @@ StateVector to_state(const InitialState& initial) {
   return x;
 }
 
-/// The data of `trained` under the priors of `fresh`.
+/// The data of `trained` under the priors of `fresh`; a process over its budget has lost them and stays as it is.
 Belief with_data(const Belief& fresh, const Belief& trained) {
   Belief belief = fresh;
+  const auto take = [](Posterior& process, const Posterior& data) {
+    process = data.over_budget() ? data : condition(process.prior(), data);
+  };
   for (int i = 0; i < belief.joints(); ++i) {
-    belief.drift(i) = condition(fresh.drift(i).prior(), trained.drift(i));
-    for (int j = 0; j < belief.joints(); ++j) {
-      belief.gain(i, j) = condition(fresh.gain(i, j).prior(), trained.gain(i, j));
-    }
+    take(belief.drift(i), trained.drift(i));
+    for (int j = 0; j < belief.joints(); ++j) take(belief.gain(i, j), trained.gain(i, j));
   }
   return belief;
 }
@@ -47,6 +48,7 @@ LoopSetup to_setup(const Study& study, const Controller& controller) {
   setup.sensor = study.sensor;
   setup.integration = study.integration;
   setup.quadrature_step = study.output.quadrature_step;
+  setup.time_calls = study.output.latency;
   setup.controller = controller;
   if (const auto* adaptive = std::get_if<Adaptive>(&controller)) {
     setup.learner = adaptive->learner ? *adaptive->learner : *study.learner;

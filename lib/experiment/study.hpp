@@ -50,11 +50,13 @@ struct PosteriorGrid {
 struct Output {
   std::optional<double> quadrature_step;
   PosteriorGrid posterior;
+  bool latency = false;
 
   static void fields(auto& self, auto&& field) {
     field("quadrature_step", self.quadrature_step,
           {kPositive, "s", "report the right-end Riemann sum of u^2 with this step beside the integral"});
     field("posterior", self.posterior, {.text = "grid of posterior.csv"});
+    field("latency", self.latency, {.text = "report the time of the controller's calls; no two runs have the same"});
   }
   bool operator==(const Output&) const = default;
 };

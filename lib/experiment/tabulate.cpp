@@ -1,5 +1,6 @@
 #include "experiment/tabulate.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/format.hpp"
@@ -92,6 +93,14 @@ Table trajectory_table(const LoopResult& result) {
   modes.reserve(steps.size());
   for (const LoopStep& step : steps) modes.emplace_back(mode_name(step.mode, n));
   table.columns.push_back({"mode", "", std::move(modes)});
+  if (const LearningRecord& learning = result.learning; learning.monitored) {
+    std::vector<Cell> alarms;
+    for (const LoopStep& step : steps) {
+      const bool any = std::find(learning.alarms.begin(), learning.alarms.end(), step.time) != learning.alarms.end();
+      alarms.emplace_back(static_cast<std::int64_t>(any));
+    }
+    table.columns.push_back({"alarm", "", std::move(alarms)});
+  }
   for (Eigen::Index i = 0; i < n; ++i) {
     add(table, numbered("reference_q", i, n), "rad or m", steps,
         [i](const LoopStep& s) { return s.reference.position[i]; });

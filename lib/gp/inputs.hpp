@@ -52,6 +52,15 @@ class Inputs {
     ++size_;
   }
 
+  /// Leaves out point i; those behind it move up.
+  void erase(int i) {
+    for (int d = 0; d < dimension(); ++d) {
+      for (int k = i; k + 1 < size_; ++k) values_(k, d) = values_(k + 1, d);
+      values_(size_ - 1, d) = 0.0;
+    }
+    --size_;
+  }
+
   /// Points first .. first + count - 1; may reach into the zeros beyond the last point, up to a multiple of kBlock.
   InputBlock block(int first, int count) const { return {values_.data() + first, values_.rows(), count, dimension()}; }
 

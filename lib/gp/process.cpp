@@ -25,9 +25,11 @@ double* scratch(std::size_t size) {
 Posterior::Posterior(GaussianProcess prior, int dimension)
     : prior_(std::move(prior)), prior_variance_(variance(prior_.kernel)), inputs_(dimension) {
   require_dimension(prior_.kernel, dimension);
+  if (prior_.budget) sparse_.emplace(prior_.kernel, dimension, *prior_.budget);
 }
 
 void Posterior::reserve(int samples) {
+  samples = std::min(samples, prior_.budget.value_or(samples));
   inputs_.reserve(samples);
   targets_.reserve(samples);
   noise_variances_.reserve(samples);
@@ -62,9 +64,14 @@ void Posterior::absorb(std::span<const double> x, double y, double noise_varianc
   bool finite = std::isfinite(rest) && std::isfinite(noise_variance) && noise_variance >= 0.0;
   for (const double value : x) finite = finite && std::isfinite(value);
   if (!finite) throw NumericalError("a training sample is not finite (target " + format(y, 6) + ")");
-  if (size() == static_cast<int>(targets_.capacity())) reserve(2 * size() + kBlock);
-
   const int n = size();
+  if (sparse_ && n == *prior_.budget) {
+    sparse_->absorb(x, rest, noise_variance);
+    ++absorbed_;
+    return;
+  }
+  if (n == static_cast<int>(targets_.capacity())) reserve(2 * n + kBlock);
+  const double centred = rest;
   double* row = covariances(x);
   const double root = factor_.append(row, prior_variance_ + noise_variance);
   for (int j = 0; j < n; ++j) rest -= row[j] * z_[j];
@@ -74,11 +81,17 @@ void Posterior::absorb(std::span<const double> x, double y, double noise_varianc
   targets_.push_back(y);
   noise_variances_.push_back(noise_variance);
   own_noise_.push_back(own_noise);
+  ++absorbed_;
+  if (sparse_) sparse_->absorb(x, centred, noise_variance);
 }
 
 Marginal Posterior::predict(std::span<const double> x) const {
   if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("an input of another dimension");
   const double prior_mean = prior_.prior_mean(x);  // first, as above
+  if (over_budget()) {
+    const Marginal rest = sparse_->predict(x);
+    return {prior_mean + rest.mean, rest.variance};
+  }
   double* v = covariances(x);
   factor_.solve_lower(v);
   const Eigen::Map<const Eigen::VectorXd> solved(v, factor_.padded_size());
@@ -96,9 +109,13 @@ double squares_of(const std::vector<double>& z) {
 
 }  // namespace
 
-double Posterior::mean_squared_innovation() const { return size() == 0 ? 0.0 : squares_of(z_) / size(); }
+double Posterior::mean_squared_innovation() const {
+  if (absorbed_ == 0) return 0.0;
+  return (over_budget() ? sparse_->squared_innovations() : squares_of(z_)) / absorbed_;
+}
 
 double Posterior::log_marginal_likelihood() const {
+  if (over_budget()) return sparse_->log_likelihood();
   return -0.5 * (squares_of(z_) + factor_.log_determinant() + size() * std::log(2.0 * std::numbers::pi));
 }
 

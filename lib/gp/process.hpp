@@ -1,20 +1,16 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "gp/inputs.hpp"
 #include "gp/kernel.hpp"
+#include "gp/sparse.hpp"
 #include "numerics/growing_cholesky.hpp"
 
 namespace bayesctrl {
-
-/// Mean and variance of a scalar; the variance is that of the latent function, observation noise excluded.
-struct Marginal {
-  double mean = 0.0;
-  double variance = 0.0;
-};
 
 /// A function of the input that a prior may use as its mean, e.g. the drift of a nominal model.
 using MeanFunction = std::function<double(std::span<const double>)>;
@@ -25,12 +21,16 @@ struct GaussianProcess {
   static constexpr std::string_view kText = "f ~ GP(mean, kernel), observed as f + noise";
   double mean = 0.0;
   double noise_variance = 1e-4;
+  std::optional<int> budget;
   Kernel kernel;
   MeanFunction mean_function;  // optional, added to `mean`; set by code, not read from specs
 
   static void fields(auto& self, auto&& field) {
     field("mean", self.mean, {kAny, "output unit", "constant prior mean, added to the prior model's if there is one"});
     field("noise_variance", self.noise_variance, {kNonNegative, "output unit squared", "variance of the observations"});
+    field("budget", self.budget,
+          {between(4, SparsePosterior::kMost), "",
+           "samples that are kept as they are; more are absorbed by a sparse process of so many inputs; null: all"});
     field("kernel", self.kernel, {.text = "covariance of the function", .required = true});
   }
 
@@ -49,7 +49,8 @@ struct LogNormalProcess {
 
 /// A prior with the data absorbed: n inputs X, targets y, noise S (diagonal). Keeps L of K + S = L L^T and z = L^-1 (y
 /// - m(X)), so that E f(x) = m(x) + (L^-1 k) . z and var f(x) = k(x, x) - |L^-1 k|^2 (Rasmussen & Williams 2006,
-/// Alg. 2.1).
+/// Alg. 2.1). A prior with a budget keeps so many samples; once there are more it predicts by a sparse process that has
+/// absorbed all of them, and takes bounded time and memory.
 class Posterior {
  public:
   Posterior() = default;
@@ -58,8 +59,13 @@ class Posterior {
   Posterior(GaussianProcess prior, int dimension);
 
   const GaussianProcess& prior() const { return prior_; }
-  int size() const { return inputs_.size(); }
   int dimension() const { return inputs_.dimension(); }
+
+  /// Samples that were absorbed, and those of them that are kept: the first ones, up to the budget.
+  int absorbed() const { return absorbed_; }
+  int size() const { return inputs_.size(); }
+  bool over_budget() const { return absorbed_ > size(); }
+
   const Inputs& inputs() const { return inputs_; }
   const std::vector<double>& targets() const { return targets_; }
   const std::vector<double>& noise_variances() const { return noise_variances_; }
@@ -86,7 +92,7 @@ class Posterior {
   /// Mean of ((y_k - E y_k) / sd y_k)^2, each sample predicted from those before it; 0 without data.
   double mean_squared_innovation() const;
 
-  /// log p(y | X) (Rasmussen & Williams 2006, Eq. 2.30).
+  /// log p(y | X) (Rasmussen & Williams 2006, Eq. 2.30), over budget that of the sparse process.
   double log_marginal_likelihood() const;
 
  private:
@@ -103,6 +109,8 @@ class Posterior {
   std::vector<char> own_noise_;  // whether a sample came with its noise variance
   std::vector<double> z_;        // padded with zeros
   GrowingCholesky factor_;
+  int absorbed_ = 0;
+  std::optional<SparsePosterior> sparse_;  // of a prior with a budget
 };
 
 /// Prior and data to posterior. `inputs`: n x dimension. `noise_variances` is one per sample (heteroscedastic), or
@@ -110,7 +118,7 @@ class Posterior {
 Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::span<const double> targets,
                     std::span<const double> noise_variances = {});
 
-/// The same data under another prior; samples that came with a noise variance of their own keep it.
+/// The samples that are kept under another prior; those that came with a noise variance of their own keep it.
 Posterior condition(const GaussianProcess& prior, const Posterior& data);
 
 /// Mean of exp(f) for f ~ N(m, s2): exp(m + s2/2) (the paper's mean of b). Variance: exp(2m + s2)(exp(s2) - 1); the

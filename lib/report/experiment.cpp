@@ -52,6 +52,17 @@ ordered_json probing(const std::vector<std::string>& modes, const std::vector<do
   return list;
 }
 
+/// When the monitor raised an alarm, of a controller that has one.
+ordered_json alarms(const Table& table, const std::vector<double>& t, const std::string& file) {
+  ordered_json list = ordered_json::array();
+  if (table.find("alarm") == nullptr) return list;
+  const std::vector<double> raised = numbers(table, "alarm", file);
+  for (std::size_t i = 0; i < raised.size(); ++i) {
+    if (raised[i] > 0.0) list.push_back(t[i]);
+  }
+  return list;
+}
+
 ordered_json trajectory(const fs::path& path) {
   const std::string file = path.string();
   const Table table = read_csv(path);
@@ -68,7 +79,8 @@ ordered_json trajectory(const fs::path& path) {
           {"v", curves(table, "v", joints, rows, file)},
           {"u", curves(table, "u", joints, rows, file)},
           {"reference", curves(table, "reference_q", joints, rows, file)},
-          {"probing", probing(modes, t)}};
+          {"probing", probing(modes, t)},
+          {"alarms", alarms(table, t, file)}};
 }
 
 /// The training points of each process: {"a": {q: [..], v: [..], target: [..]}, "log_b": ...}.

@@ -1,5 +1,6 @@
 #include "sim/loop.hpp"
 
+#include <chrono>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -42,6 +43,7 @@ class Loop {
       simulation_.emplace(*machine_, setup.initial_state, 0.0, kLongestStep);
     }
     result_.steps.reserve(static_cast<std::size_t>(count_) + 1);
+    if (setup.time_calls) result_.call_seconds.reserve(static_cast<std::size_t>(count_) + 1);
     if constexpr (kLearns) {
       learning_.emplace(LearningSetup{within_limits(setup.learner, setup.input_limit, kJoints), setup.tuning, dt_,
                                       count_, setup.sensor.positions_only, setup.timing},
@@ -158,11 +160,22 @@ class Loop {
   /// The control law at one state, with the input limits.
   JointVector control(const JointVector& q, const JointVector& v, double t, const BeliefMarginals* belief) {
     const JointVector acceleration = setup_.inner_law(reference(t), q, v);
+    const double lead = setup_.inner_law.lead;
     LawInput input{acceleration, nullptr, belief};
     Affine truth;
     if constexpr (ControllerType::kKnowledge == Knowledge::truth) {
-      truth = truth_ ? affine(*truth_, q, v) : plant_.affine(q, v);
+      const JointVector at = v + lead * acceleration;
+      truth = truth_ ? affine(*truth_, q, at) : plant_.affine(q, at);
       input.truth = &truth;
+    }
+    BeliefMarginals ahead;
+    if constexpr (kLearns) {
+      if (lead > 0.0) {
+        StateVector x(2 * kJoints);
+        x << q, v + lead * acceleration;
+        ahead = learning_->belief().predict(x);
+        input.belief = &ahead;
+      }
     }
     return limited(controller_(input), setup_.input_limit);
   }
@@ -175,6 +188,15 @@ class Loop {
     step.velocity = part(y_, kJoints);
     step.reference = reference(time);
     const StateVector seen = ControllerType::kContinuous ? state() : measurement_(state());
+    if (!setup_.time_calls) return decide(step, seen, k);
+    const auto begin = std::chrono::steady_clock::now();
+    decide(step, seen, k);
+    result_.call_seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+
+  /// What the controller does at call k, having seen this state.
+  void decide(LoopStep& step, const StateVector& seen, long k) {
+    const double time = step.time;
     if constexpr (kLearns) {
       step.belief = learning_->see(k, seen);
       if (const auto& probe = learning_->probe()) {

@@ -30,6 +30,7 @@ struct LoopSetup {
   Sensor sensor;
   Integration integration;
   std::optional<double> quadrature_step;  // s; report the right-end Riemann sum of u^2 of this step as well
+  bool time_calls = false;                // of the controller
   Controller controller;
   Belief belief;  // what an adaptive controller starts with
   Learner learner;
@@ -58,12 +59,13 @@ constexpr std::array<std::string_view, 2> names(RunStatus) { return {"ok", "fail
 
 struct LoopResult {
   RunStatus status = RunStatus::ok;
-  std::string reason;           // of a failure; the steps up to it are kept
-  std::vector<LoopStep> steps;  // one per control call, and the final state
-  double energy = 0.0;          // integral of |u|^2
-  double squared_error = 0.0;   // integral of |x - xi|^2
-  double energy_riemann = 0.0;  // right-end Riemann sum of |u|^2, if asked for
-  Belief belief;                // as it is at the end
+  std::string reason;                // of a failure; the steps up to it are kept
+  std::vector<LoopStep> steps;       // one per control call, and the final state
+  double energy = 0.0;               // integral of |u|^2
+  double squared_error = 0.0;        // integral of |x - xi|^2
+  double energy_riemann = 0.0;       // right-end Riemann sum of |u|^2, if asked for
+  std::vector<double> call_seconds;  // wall time of each control call, if asked for
+  Belief belief;                     // as it is at the end
   LearningRecord learning;
 };
 

@@ -102,6 +102,26 @@ void W2(benchmark::State& state) {
 }
 BENCHMARK(W2)->Arg(20)->Arg(50)->Arg(200)->Arg(998);
 
+/// One more sample and one prediction, over a budget: of which the process has seen ten times as many.
+void over_budget(benchmark::State& state) {
+  GaussianProcess process = prior_a();
+  process.budget = static_cast<int>(state.range(0));
+  Posterior posterior(process, 2);
+  RandomStream random(1);
+  const auto point = [&] { return Point{draw_uniform(random, -3.14, 3.14), draw_uniform(random, -4.0, 4.0)}; };
+  const auto learn = [&](const Point& x) {
+    posterior.extend(x, -9.81 * std::sin(x[0]) - 2.0 * x[1] + 0.1 * draw_normal(random));
+  };
+  while (posterior.absorbed() < 10 * *process.budget) learn(point());
+  for (auto _ : state) {
+    const Point x = point();
+    benchmark::DoNotOptimize(posterior.predict(x));
+    learn(x);
+  }
+  state.counters["absorbed"] = posterior.absorbed();
+}
+BENCHMARK(over_budget)->Arg(50)->Arg(100)->Arg(200)->Arg(512);
+
 /// Maximum of the log marginal likelihood over two length scales, output scale and noise from (2, 2, 5, 0.5).
 void W3(benchmark::State& state) {
   const Posterior samples = conditioned(prior_a(), static_cast<int>(state.range(0)));

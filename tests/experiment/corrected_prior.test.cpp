@@ -6,6 +6,7 @@
 
 #include "diagnose/search/explain.hpp"
 #include "experiment/run.hpp"
+#include "io/read.hpp"
 #include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 #include "support/studies.hpp"
@@ -63,4 +64,41 @@ TEST_CASE(
     return std::abs(metric(outcome, "SP1", "squared_error") - metric(outcome, "oracle", "squared_error"));
   };
   CHECK(distance(outcomes[1]) < distance(outcomes[0]));
+}
+
+TEST_CASE("Of nothing, the nominal and the corrected model as prior mean, only the corrected one reaches the goals",
+          "[experiment]") {
+  for (const std::string goal : {"3.141592653589793", "1.5", "-1", "2"}) {
+    INFO("goal " << goal);
+    Node spec = read_yaml(config("corrected_prior.yaml"));
+    set_path(spec, "reference.position=" + goal);
+    const StudyOutcome outcome = run_one(read<Study>(spec));
+    const auto points = [&](const std::string& controller) {
+      return metric(outcome, controller, "drift_points") + metric(outcome, controller, "gain_points");
+    };
+    CHECK(metric(outcome, "oracle", "final_error") < 1e-3);
+    CHECK(metric(outcome, "corrected", "final_error") < 0.03);
+    CHECK(metric(outcome, "corrected", "squared_error") ==
+          Approx(metric(outcome, "oracle", "squared_error")).epsilon(0.03));
+    CHECK(points("corrected") < points("nominal"));
+    CHECK(points("nominal") < points("zero"));
+    for (const std::string other : {"zero", "nominal"}) CHECK(metric(outcome, other, "final_error") > 0.1);
+  }
+}
+
+TEST_CASE("With a lead of one control period the oracle overcomes dry friction at rest, without it does not",
+          "[experiment]") {
+  const auto final_error = [](const std::string& lead, const std::string& level) {
+    Node spec = read_yaml(config("corrected_prior.yaml"));
+    set_path(spec, "inner_law.lead=" + lead);
+    set_path(spec, "model.effects.0.level=" + level);
+    Study study = read<Study>(spec);
+    std::erase_if(study.controllers.items, [](const auto& item) { return item.first != "oracle"; });
+    return metric(run_one(study), "oracle", "final_error");
+  };
+  for (const std::string level : {"0.1", "0.4", "1.2"}) {
+    INFO("level " << level);
+    CHECK(final_error("0.01", level) < 5e-3);
+    CHECK(final_error("0", level) > 0.1);
+  }
 }

@@ -1,6 +1,7 @@
 // The learner of configs/exp?_robust.yaml beside the paper's, away from its start, goal and sensor.
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "io/read.hpp"
 #include "support/studies.hpp"
@@ -80,5 +81,35 @@ TEST_CASE("Goals, starts and machines that nobody picked are reached", "[experim
     const StudyOutcome outcome = robust(1, {change});
     CHECK(metric(outcome, "SP2", "final_error") < 0.05);
     CHECK(metric(outcome, "SP2", "squared_error") < 1.1 * metric(outcome, "oracle", "squared_error"));
+  }
+}
+
+TEST_CASE("Over its budget a learner keeps learning, and ends as near as one that keeps every sample", "[experiment]") {
+  const auto run = [](const std::string& drift, const std::string& gain) {
+    Node spec = read_yaml(config("long_run.yaml"));
+    set_path(spec, "duration=30");
+    set_path(spec, "output.latency=false");
+    set_path(spec, "belief.drift.budget=" + drift);
+    set_path(spec, "belief.input_gain.budget=" + gain);
+    return run_one(read<Study>(spec));
+  };
+  const StudyOutcome all = run("null", "null"), some = run("40", "20");
+  const Belief& belief = some.find("SP1")->result.belief;
+  CHECK(belief.drift(0).over_budget());
+  CHECK(belief.gain(0, 0).over_budget());
+  CHECK(belief.drift(0).size() == 40);
+  CHECK(metric(some, "SP1", "drift_points") > 200.0);
+  CHECK(metric(some, "SP1", "squared_error") < 1.05 * metric(all, "SP1", "squared_error"));
+  CHECK(metric(some, "SP1", "alarms") == 0.0);
+  CHECK(std::isnan(metric(some, "SP1", "latency_99")));
+}
+
+TEST_CASE("The latency of calls is told where it is asked for", "[experiment]") {
+  Node spec = read_yaml(config("long_run.yaml"));
+  set_path(spec, "duration=1");
+  const StudyOutcome outcome = run_one(read<Study>(spec));
+  for (const std::string controller : {"oracle", "SP1"}) {
+    CHECK(metric(outcome, controller, "latency_median") > 0.0);
+    CHECK(metric(outcome, controller, "latency_99") >= metric(outcome, controller, "latency_median"));
   }
 }

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "experiment/check.hpp"
+#include "experiment/tabulate.hpp"
 #include "experiment/write.hpp"
 #include "io/examples.hpp"
 #include "io/files.hpp"
@@ -222,4 +223,23 @@ TEST_CASE("Every picture of the scripts has a text alternative, and no script ma
     }
     CHECK_THAT(script, !Contains("innerHTML") && !Contains("eval("));
   }
+}
+
+TEST_CASE("Alarms of the monitor stand in the trajectory and in the page's curves", "[report][experiment]") {
+  const Folder folder;
+  const StudyOutcome outcome = run_config("exp2_robust.yaml");
+  const Outcome& sp1 = *outcome.find("SP1");
+  REQUIRE(!sp1.result.learning.alarms.empty());
+  const Table table = trajectory_table(sp1.result);
+  const Column* alarm = table.find("alarm");
+  REQUIRE(alarm != nullptr);
+  std::size_t raised = 0;
+  for (std::size_t i = 0; i < alarm->size(); ++i) raised += alarm->at(i) == Cell(std::int64_t{1}) ? 1 : 0;
+  CHECK(raised == sp1.result.learning.alarms.size());
+  for (const std::string other : {"paper1", "oracle"}) {
+    CHECK(trajectory_table(outcome.find(other)->result).find("alarm") == nullptr);
+  }
+  const fs::path own = result_folder(folder.path(), outcome.study, 0);
+  write_results(outcome, own, "spec.yaml");
+  CHECK_THAT(report({own}), Contains("\"alarms\":[0.3"));
 }

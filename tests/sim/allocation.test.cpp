@@ -1,5 +1,6 @@
 // The control step allocates nothing.
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <optional>
@@ -51,6 +52,28 @@ TEST_CASE("Prediction allocates nothing, with every kernel", "[allocation]") {
     double sum = 0.0;
     INFO(name);
     CHECK(allocations_of([&] { sum += posterior.predict(span_of(x)).mean; }) == 0);
+    CHECK(std::isfinite(sum));
+  }
+}
+
+TEST_CASE("Over budget, samples and predictions allocate nothing, with every kernel", "[allocation]") {
+  const Eigen::MatrixXd inputs = random_points(200, 2, 3.0, 93);
+  const std::vector<double> targets = smooth_at(inputs);
+  for (const auto& [name, kernel] : example_kernels(2)) {
+    INFO(name);
+    GaussianProcess prior = process_with(kernel, 1e-2);
+    prior.budget = 40;
+    Posterior posterior = condition(prior, inputs.topRows(100), {targets.data(), 100});
+    REQUIRE(posterior.over_budget());
+    double sum = 0.0;
+    const long count = allocations_of([&] {
+      for (Eigen::Index i = 100; i < 200; ++i) {
+        const std::array x{inputs(i, 0), inputs(i, 1)};
+        sum += posterior.predict(x).mean;
+        posterior.extend(x, targets[static_cast<std::size_t>(i)]);
+      }
+    });
+    CHECK(count == 0);
     CHECK(std::isfinite(sum));
   }
 }

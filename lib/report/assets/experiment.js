@@ -104,7 +104,11 @@ const learning_of = (run, settings) => {
 const kLearning = {
   // how each kind is marked in the plots
   a: {colour: "learn-a", edge: "top", text: " (tick at the top) a sample of the drift a, "},
-  b: {colour: "learn-b", edge: "bottom", text: " (tick at the bottom) a probing action for the input gain b."},
+  b: {colour: "learn-b", edge: "bottom", text: " (tick at the bottom) a probing action for the input gain b. "},
+};
+const kAlarm = {
+  colour: "red",
+  text: " an alarm: its predictions were surer than they were right, and its prior was widened."
 };
 
 // Two controllers beside one another: position, velocity and input over time, with what was learned when.
@@ -114,12 +118,15 @@ const evolution = (place, study, clock, key) => {
   const part = section(place, `Evolution of ${position}, velocity and control`, "h3");
   const swatch = kind => element("span", {class: "swatch", style: `background: var(--${kind.colour})`});
   const pair = element("div", {class: "pair"}), legend = element("p", {class: "soft"}, "Shaded: learning. ");
-  for (const kind of Object.values(kLearning)) legend.append(swatch(kind), kind.text);
+  const alarmed = runs.some(run => run.alarms.length);
+  for (const kind of [...Object.values(kLearning), ...(alarmed ? [kAlarm] : [])])
+    legend.append(swatch(kind), kind.text);
   part.append(legend, pair);
 
   const show = (run, body) => {
     const joints = run.q.length, settings = study.spec.controllers[run.name] || {};
     const marks = run.probing.map(([from, to, mode]) => ({from, to, ...kLearning[mode === "learn_a" ? "a" : "b"]}));
+    for (const t of run.alarms) marks.push({from: t, to: t, strength: 0.9, ...kAlarm});
     const lines = (lists, name, more) =>
         lists.map((values, j) => ({label: numbered(name, j, joints), values, colour: kJointColours[j], ...more}));
     const draw = (caption, series, label) =>

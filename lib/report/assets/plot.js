@@ -19,7 +19,7 @@ const redraw = () => {
 const width_of = holder => printing.matches ? (holder.closest(".pair") ? 330 : 680) : Math.max(240, holder.clientWidth);
 
 // A plot over time. `series`: {label, values, colour, dash, width, steps}. Options: y (label), height, bands (pairs of
-// series with the area between them filled), marks ({from, to, colour, edge}), sync (plots whose cursors move
+// series with the area between them filled), marks ({from, to, colour, edge, strength}), sync (plots whose cursors move
 // together), clock (whose time is marked).
 const plot = (place, caption, x, series, options = {}) => {
   const told = series.filter(s => !s.silent).map(s => {
@@ -93,7 +93,7 @@ const plot = (place, caption, x, series, options = {}) => {
             b = plot.valToPos(Math.min(m.to, scale.max), "x", true);
       const width = Math.max(b - a, 2 * pixel);
       ctx.fillStyle = colour(m.colour);
-      ctx.globalAlpha = 0.22;
+      ctx.globalAlpha = m.strength || 0.22;
       ctx.fillRect(a, bbox.top, width, bbox.height);
       ctx.globalAlpha = 1;
       if (m.edge) ctx.fillRect(a, m.edge === "top" ? bbox.top : bbox.top + bbox.height - 9 * pixel, width, 9 * pixel);
