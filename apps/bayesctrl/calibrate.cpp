@@ -22,17 +22,22 @@ struct CalibrateCommand {
 ExitCode run(const CalibrateCommand& command) {
   const Loudness& loudness = command.loudness;
   Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "searches");
-  const std::vector<CalibrationResult> results = calibrate(
+  std::vector<CalibrationResult> ended = calibrate(
       command.spec, command.jobs, [&](std::size_t done, std::size_t total) { progress(done, total); }, interrupted);
+  const std::size_t searches = ended.size();
+  const std::vector<CalibrationResult> results = distinct(std::move(ended));
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < std::min(command.show, results.size()); ++i) {
     const CalibrationResult& result = results[i];
     if (loudness.json) {
-      list.push_back(
-          {{"score", result.score}, {"settings", result.assignments}, {"cells", to_json(result.comparison)}});
+      list.push_back({{"score", result.score},
+                      {"searches", result.searches},
+                      {"settings", result.assignments},
+                      {"cells", to_json(result.comparison)}});
       continue;
     }
-    std::cout << "score " << result.score << ", " << violations(result.comparison).size() << " cells violated\n";
+    std::cout << "score " << result.score << ", " << violations(result.comparison).size()
+              << " cells violated, found by " << result.searches << " of " << searches << " searches\n";
     for (const std::string& assignment : result.assignments) std::cout << "  " << assignment << "\n";
     std::cout << to_markdown(result.comparison, 5) << "\n";
   }
@@ -50,7 +55,8 @@ void declare_calibrate(CLI::App& app, ExitCode& exit) {
   sub->add_option("SPEC", command->spec, "YAML spec of a calibration, e.g. configs/calibrate_exp1.yaml")->required();
   sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
       ->check(CLI::Range(0, kMostJobs));
-  sub->add_option("--show", command->show, "How many of the best searches are shown")->capture_default_str();
+  sub->add_option("--show", command->show, "How many of the best candidates are shown, each once")
+      ->capture_default_str();
   add_loudness(*sub, command->loudness);
   sub->callback([command, &exit] { exit = run(*command); });
 }

@@ -73,7 +73,7 @@ struct Search {
   }
 
   CalibrationResult evaluate(const Candidate& candidate) const {
-    CalibrationResult result{assignments(candidate), 0.0, {}};
+    CalibrationResult result{assignments(candidate), 0.0, 1, {}};
     Study trial = read_studies(study, {result.assignments, {}}).front();
     choose(trial, spec.controllers);
     RunOptions options;
@@ -162,6 +162,21 @@ std::vector<CalibrationResult> calibrate(const std::filesystem::path& spec, int 
   std::erase_if(results, [](const CalibrationResult& result) { return result.assignments.empty(); });
   std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
   return results;
+}
+
+std::vector<CalibrationResult> distinct(std::vector<CalibrationResult> results) {
+  std::vector<CalibrationResult> list;
+  for (CalibrationResult& result : results) {
+    const auto known = std::find_if(list.begin(), list.end(), [&](const CalibrationResult& other) {
+      return other.assignments == result.assignments;
+    });
+    if (known == list.end()) {
+      list.push_back(std::move(result));
+    } else {
+      known->searches += result.searches;
+    }
+  }
+  return list;
 }
 
 }  // namespace bayesctrl

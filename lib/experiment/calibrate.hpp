@@ -62,6 +62,7 @@ inline constexpr double kWorstCell = 10.0;
 struct CalibrationResult {
   std::vector<std::string> assignments;  // "path=value", as for --set
   double score = 0.0;
+  int searches = 1;  // that ended here
   Table comparison;  // every published cell of these controllers
 };
 
@@ -73,5 +74,8 @@ Calibration read_calibration(const Node& spec);
 std::vector<CalibrationResult> calibrate(const std::filesystem::path& spec, int jobs,
                                          const std::function<void(std::size_t done, std::size_t total)>& progress = {},
                                          const std::function<bool()>& stop = {});
+
+/// Each candidate once, in the same order, with the number of searches that ended there.
+std::vector<CalibrationResult> distinct(std::vector<CalibrationResult> results);
 
 }  // namespace bayesctrl

@@ -69,6 +69,21 @@ TEST_CASE("A calibration finds the setting that the published number was compute
   CHECK(results[1].score <= results[2].score);
 }
 
+TEST_CASE("Searches that end in one place are one candidate", "[experiment]") {
+  const std::vector<CalibrationResult> ended = calibrate(GainSearch().file(), 1), shown = distinct(ended);
+  std::set<std::vector<std::string>> settings;
+  for (const CalibrationResult& result : ended) settings.insert(result.assignments);
+  REQUIRE(settings.size() < ended.size());
+  REQUIRE(shown.size() == settings.size());
+  int searches = 0;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    searches += shown[i].searches;
+    CHECK(settings.erase(shown[i].assignments) == 1);
+    CHECK((i == 0 || shown[i - 1].score <= shown[i].score));
+  }
+  CHECK(searches == static_cast<int>(ended.size()));
+}
+
 TEST_CASE("A calibration chooses among given values as well", "[experiment]") {
   const GainSearch search("{controllers.P1.gain: {choices: [1, 2, 3, 5]}, description: {choices: [x]}}");
   CHECK(calibrate(search.file(), 1).front().assignments ==
