@@ -189,7 +189,8 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
     for (Eigen::Index i = 0; i < size; ++i) {
       x[i] = start == 0 ? std::log(*free.values[i]) : draw_uniform(random, low[i], high[i]);
     }
-    const MinimizeSummary summary = minimize(objective, x, low, high, {.max_evaluations = options.max_evaluations});
+    const MinimizeSummary summary =
+        minimize(objective, x, low, high, {.method = options.method, .max_evaluations = options.max_evaluations});
     best.evaluations += summary.evaluations;
     if (-summary.value > best.value) {
       place(summary.x);

@@ -6,6 +6,7 @@
 
 #include "base/random.hpp"
 #include "gp/process.hpp"
+#include "numerics/minimize.hpp"
 
 namespace bayesctrl {
 
@@ -72,6 +73,7 @@ struct HyperPriors {
 struct EvidenceOptions {
   EvidenceBounds bounds;
   HyperPriors hyper_priors;
+  MinimizeMethod method = MinimizeMethod::lbfgs;
   int max_evaluations = 100;  // of the likelihood, for each start
   int restarts = 0;           // further starts, drawn log-uniformly within the bounds
 
@@ -79,6 +81,7 @@ struct EvidenceOptions {
     field("bounds", self.bounds, {.text = "bounds of the hyper-parameters"});
     field("hyper_priors", self.hyper_priors,
           {.text = "log-normal priors of the hyper-parameters; none: the evidence alone"});
+    field("method", self.method, {.text = "limited-memory BFGS, or conjugate gradients with Rasmussen's line search"});
     field("max_evaluations", self.max_evaluations,
           {between(1, 1e6), "", "evaluations of the likelihood for each start"});
     field("restarts", self.restarts, {between(0, 1000), "", "further starts, drawn log-uniformly within the bounds"});
@@ -94,8 +97,8 @@ struct EvidenceSummary {
 };
 
 /// Maximises the log marginal likelihood, or with hyper-priors the log posterior, over the logarithms of the
-/// hyper-parameters by bounded L-BFGS, starting at `prior`. Never returns a prior whose likelihood is below that of the
-/// (bounded) start.
+/// hyper-parameters within their bounds, starting at `prior`. Never returns a prior whose likelihood is below that of
+/// the (bounded) start.
 EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
                                   RandomStream& random);
 

@@ -5,6 +5,8 @@
 #include <nlopt.hpp>
 #include <stdexcept>
 
+#include "numerics/detail/conjugate_gradients.hpp"
+
 namespace bayesctrl {
 
 namespace {
@@ -46,6 +48,9 @@ MinimizeSummary minimize(const Objective& objective, const Eigen::VectorXd& star
   MinimizeSummary summary;
   summary.x = start.cwiseMax(low).cwiseMin(high);
   summary.value = std::numeric_limits<double>::infinity();
+  if (options.method == MinimizeMethod::conjugate_gradients) {
+    return conjugate_gradients(objective, summary.x, low, high, options);
+  }
   Call call{&objective, summary.x, Eigen::VectorXd::Zero(size), &summary, options.max_evaluations};
 
   nlopt::opt optimizer(nlopt::LD_LBFGS, size);

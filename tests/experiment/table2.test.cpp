@@ -135,3 +135,20 @@ TEST_CASE("The printed energies of P100 are a coarse sum: the integral itself li
     CHECK(relative_error(metric(outcome, "P100", "energy"), row.energy[1]) > kPromised);
   }
 }
+
+TEST_CASE("With conjugate gradients and the printed noise SP2 of Experiment 3 is the printed one, whatever the torque",
+          "[experiment]") {
+  for (const double torque : {5.0, 10.0, 20.0}) {
+    Study study = run_config("exp3_conjugate_gradients.yaml").study;
+    study.learner->probing_input = {torque};
+    const StudyOutcome outcome = run_one(study);
+    INFO("torque " << torque);
+    CHECK(metric(outcome, "SP2", "energy") == Approx(1619.0).epsilon(1e-3));
+    CHECK(metric(outcome, "SP2", "squared_error") == Approx(17.0).margin(0.5));
+    for (const std::string controller : {"SP1", "SP2"}) {
+      CHECK(metric(outcome, controller, "drift_points") == Approx(12.0).margin(1.0));
+      CHECK(metric(outcome, controller, "gain_points") == 2.0);
+    }
+    CHECK(metric(outcome, "SP1", "squared_error") == Approx(73.1).margin(0.5));  // printed: 83
+  }
+}
