@@ -81,9 +81,11 @@ TEST_CASE("calibrate prints the best settings and what they give, as text or as 
   const CommandResult text = bayesctrl_with({"calibrate", search, "--quiet", "--show", "1"});
   CHECK(text.status == 0);
   CHECK(text.err.empty());
-  CHECK_THAT(text.out, Catch::StartsWith("score ") && Catch::Contains("  controllers.P1.gain=3\n"));
+  CHECK_THAT(text.out, Catch::StartsWith("score ") && Catch::Contains("found by 2 of 2 searches") &&
+                           Catch::Contains("  controllers.P1.gain=3\n"));
   const auto list = nlohmann::json::parse(bayesctrl_with({"calibrate", search, "--json"}).out)["candidates"];
-  REQUIRE(list.size() == 2);
+  REQUIRE(list.size() == 1);  // both searches end there
+  CHECK(list[0]["searches"] == 2);
   CHECK(list[0]["settings"] == std::vector<std::string>{"controllers.P1.gain=3"});
   CHECK(list[0]["cells"][0]["ok"] == "yes");
 }
