@@ -363,7 +363,7 @@ void Learning::widen() {
 void Learning::replay() {
   const int n = belief_.joints();
   const auto again = [this](Posterior& process, const Posterior& begun) {
-    process = begun.over_budget() ? begun : condition(process.prior(), begun);
+    process = carry_over(process.prior(), begun);
     process.reserve(process.size() + capacity_);
   };
   for (int i = 0; i < n; ++i) {

@@ -24,12 +24,11 @@ StateVector to_state(const InitialState& initial) {
 /// The data of `trained` under the priors of `fresh`; a process over its budget has lost them and stays as it is.
 Belief with_data(const Belief& fresh, const Belief& trained) {
   Belief belief = fresh;
-  const auto take = [](Posterior& process, const Posterior& data) {
-    process = data.over_budget() ? data : condition(process.prior(), data);
-  };
   for (int i = 0; i < belief.joints(); ++i) {
-    take(belief.drift(i), trained.drift(i));
-    for (int j = 0; j < belief.joints(); ++j) take(belief.gain(i, j), trained.gain(i, j));
+    belief.drift(i) = carry_over(fresh.drift(i).prior(), trained.drift(i));
+    for (int j = 0; j < belief.joints(); ++j) {
+      belief.gain(i, j) = carry_over(fresh.gain(i, j).prior(), trained.gain(i, j));
+    }
   }
   return belief;
 }

@@ -81,7 +81,8 @@ struct EvidenceOptions {
     field("bounds", self.bounds, {.text = "bounds of the hyper-parameters"});
     field("hyper_priors", self.hyper_priors,
           {.text = "log-normal priors of the hyper-parameters; none: the evidence alone"});
-    field("method", self.method, {.text = "limited-memory BFGS, or conjugate gradients with Rasmussen's line search"});
+    field("method", self.method,
+          {.text = "limited-memory BFGS, or conjugate gradients with a line search after Rasmussen's"});
     field("max_evaluations", self.max_evaluations,
           {between(1, 1e6), "", "evaluations of the likelihood for each start"});
     field("restarts", self.restarts, {between(0, 1000), "", "further starts, drawn log-uniformly within the bounds"});

@@ -156,6 +156,10 @@ Posterior condition(const GaussianProcess& prior, const Posterior& data) {
   return posterior;
 }
 
+Posterior carry_over(const GaussianProcess& prior, const Posterior& data) {
+  return data.over_budget() ? data : condition(prior, data);
+}
+
 Marginal exponential_of(const Marginal& log_value) {
   const double mean = std::exp(log_value.mean + 0.5 * log_value.variance);
   return {mean, mean * mean * std::expm1(log_value.variance)};

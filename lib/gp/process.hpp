@@ -121,6 +121,9 @@ Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs,
 /// The samples that are kept under another prior; those that came with a noise variance of their own keep it.
 Posterior condition(const GaussianProcess& prior, const Posterior& data);
 
+/// The same where every sample is kept; a process over its budget stays as it is.
+Posterior carry_over(const GaussianProcess& prior, const Posterior& data);
+
 /// Mean of exp(f) for f ~ N(m, s2): exp(m + s2/2) (the paper's mean of b). Variance: exp(2m + s2)(exp(s2) - 1); the
 /// paper prints exp(2m + s2) exp(s2 - 1), which does not vanish with s2.
 Marginal exponential_of(const Marginal& log_value);

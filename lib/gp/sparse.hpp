@@ -17,7 +17,8 @@ struct Marginal {
 /// A zero-mean Gaussian process that absorbs any number of samples in bounded memory, O(m^2) each: what they tell is
 /// kept as a normal distribution of the function at m <= `most` of the inputs, the basis, and everywhere else as the
 /// prior has it given those (Csato & Opper 2002; the noise of a sample grows by what the basis cannot express there,
-/// Snelson & Ghahramani 2006). As long as every input that is news fits into the basis it is the exact posterior.
+/// Snelson & Ghahramani 2006). As long as every input that is news fits into the basis it is the exact posterior,
+/// but for rounding: W is an inverse, and loses its digits where inputs lie densely along a trajectory.
 ///
 /// Weights w ~ N(0, I) of the whitened features phi(x) = W k(x), W K W^T = I over the basis; R w = z is the square-root
 /// information of the samples, R^T R = I + sum phi phi^T / noise, to which samples are added by rotations: nothing is

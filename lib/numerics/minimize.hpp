@@ -10,8 +10,8 @@ namespace bayesctrl {
 /// f(x), and its gradient written to `gradient` (same size as x). May return NaN or +inf where f is not defined.
 using Objective = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd& gradient)>;
 
-/// How the next point is found: limited-memory BFGS (NLopt), or conjugate gradients (Polak & Ribiere) with the line
-/// search of Rasmussen's GPML toolbox, cubic and quadratic steps within the Wolfe-Powell conditions.
+/// How the next point is found: limited-memory BFGS (NLopt), or conjugate gradients (Polak & Ribiere) with a line
+/// search after that of Rasmussen's GPML toolbox, cubic and quadratic steps within the Wolfe-Powell conditions.
 enum class MinimizeMethod { lbfgs, conjugate_gradients };
 constexpr std::array<std::string_view, 2> names(MinimizeMethod) { return {"lbfgs", "conjugate_gradients"}; }
 

@@ -16,11 +16,7 @@ GaussianProcess with_budget(GaussianProcess prior, int budget) {
   return prior;
 }
 
-Posterior absorbed(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, const std::vector<double>& targets) {
-  return condition(prior, inputs, targets);
-}
-
-/// Root mean square of (mean - mean of the other), and of what `truth` differs from the mean, over the queries.
+/// Root mean square of the difference of the two means, over the queries.
 double rms_between(const Posterior& a, const Posterior& b, const Eigen::MatrixXd& queries) {
   double sum = 0.0;
   for (Eigen::Index q = 0; q < queries.rows(); ++q) {
@@ -37,6 +33,7 @@ std::vector<double> drift_at(const Eigen::MatrixXd& inputs) {
   return y;
 }
 
+/// The same of the difference from `drift_at`.
 double rms_error(const Posterior& posterior, const Eigen::MatrixXd& queries) {
   const std::vector<double> truth = drift_at(queries);
   double sum = 0.0;
@@ -116,7 +113,8 @@ TEST_CASE("Over its budget a process keeps learning: within 5 % of the exact one
   std::vector<double> targets = drift_at(inputs);
   RandomStream random(77);
   for (double& y : targets) y += 0.1 * draw_normal(random);
-  const Posterior exact = absorbed(prior, inputs, targets), sparse = absorbed(with_budget(prior, 100), inputs, targets);
+  const Posterior exact = condition(prior, inputs, targets),
+                  sparse = condition(with_budget(prior, 100), inputs, targets);
   CHECK(sparse.absorbed() == 2000);
   CHECK(sparse.size() == 100);
   CHECK(sparse.over_budget());
@@ -132,7 +130,7 @@ TEST_CASE("Until it is spent, a budget changes no bit", "[gp]") {
     const GaussianProcess prior = process_with(kernel, 1e-2);
     const Eigen::MatrixXd inputs = random_points(60, 2, 2.0, 78);
     const std::vector<double> targets = smooth_at(inputs);
-    const Posterior all = absorbed(prior, inputs, targets), some = absorbed(with_budget(prior, 60), inputs, targets);
+    const Posterior all = condition(prior, inputs, targets), some = condition(with_budget(prior, 60), inputs, targets);
     const Eigen::Vector2d x(0.3, -0.4);
     CHECK(some.predict(span_of(x)).mean == all.predict(span_of(x)).mean);
     CHECK(some.predict(span_of(x)).variance == all.predict(span_of(x)).variance);

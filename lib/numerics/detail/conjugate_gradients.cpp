@@ -50,9 +50,7 @@ class Search {
   MinimizeSummary run() {
     if (!std::isfinite(value_)) return best_;
     bool failed = false;  // the line before was left without a step that is good enough
-    direction_ = -gradient_;
-    slope_ = -direction_.squaredNorm();
-    double first = 1.0 / (1.0 - slope_);
+    double first = restart();
     while (best_.evaluations < options_.max_evaluations) {
       if (slope_ == 0.0) {
         best_.converged = true;
@@ -80,8 +78,7 @@ class Search {
         value_ = best_.value;
         gradient_ = best_gradient_;
         if (failed) break;
-        restart();
-        first = 1.0 / (1.0 - slope_);
+        first = restart();
         failed = true;
       }
     }
@@ -114,9 +111,11 @@ class Search {
   static bool finite(const Point& p) { return std::isfinite(p.value) && std::isfinite(p.slope); }
   bool good(const Point& p) const { return finite(p) && p.value <= value_ + p.step * kLeastOfFall * slope_; }
 
-  void restart() {
+  /// Takes the direction of steepest descent, and returns a first step along it.
+  double restart() {
     direction_ = -gradient_;
     slope_ = -direction_.squaredNorm();
+    return 1.0 / (1.0 - slope_);
   }
 
   /// One line, from a first step: out until it rises or flattens, then in between.

@@ -108,6 +108,7 @@ const kLearning = {
 };
 const kAlarm = {
   colour: "red",
+  strength: 0.9,
   text: " an alarm: its predictions were surer than they were right, and its prior was widened."
 };
 
@@ -126,7 +127,7 @@ const evolution = (place, study, clock, key) => {
   const show = (run, body) => {
     const joints = run.q.length, settings = study.spec.controllers[run.name] || {};
     const marks = run.probing.map(([from, to, mode]) => ({from, to, ...kLearning[mode === "learn_a" ? "a" : "b"]}));
-    for (const t of run.alarms) marks.push({from: t, to: t, strength: 0.9, ...kAlarm});
+    for (const t of run.alarms) marks.push({from: t, to: t, ...kAlarm});
     const lines = (lists, name, more) =>
         lists.map((values, j) => ({label: numbered(name, j, joints), values, colour: kJointColours[j], ...more}));
     const draw = (caption, series, label) =>
