@@ -303,7 +303,7 @@ bool Learning::is_test(const Sample& sample) {
 void Learning::learn(const Sample& sample, long k) {
   const Absorbed absorbed = absorb(sample);
   used_ = k;
-  if (test_) samples_.push_back(sample);
+  if (test_) keep(sample);
   record_.refused_gain_estimates += absorbed.refused;
   record_.skipped_samples += absorbed.skipped;
   if (!sample.probe && absorbed.taken > 0) ++record_.passing_samples;
@@ -332,7 +332,7 @@ void Learning::tune_grown(std::optional<int> column) {
   const Tuning& tuning = setup_.tuning;
   bool tuned_any = false;
   for_each_process([&](int j, Posterior& process, const EvidenceOptions& options, int& tuned) {
-    if (column && j != *column) return;
+    if ((column && j != *column) || process.over_budget()) return;
     const bool due = process.size() % tuning.every == 0 && process.size() >= tuning.growth * tuned;
     if (process.size() < tuning.least_samples || !due || (!column && process.size() == tuned)) return;
     tuned = process.size();
@@ -352,18 +352,38 @@ void Learning::widen() {
   for_each_process([&](int /*column*/, Posterior& process, const EvidenceOptions& options, int& tuned) {
     if (process.size() == 0) return;
     tuned = process.size();
-    if (process.size() >= std::max(kLeastTuned, setup_.tuning.least_samples)) count(tune(process, options, random_));
+    const bool enough = process.size() >= std::max(kLeastTuned, setup_.tuning.least_samples);
+    if (enough && !process.over_budget()) count(tune(process, options, random_));
     bayesctrl::widen(process);
   });
   replay();
 }
 
+/// Whether a process has absorbed samples that it cannot give back.
+bool Learning::over_budget() {
+  bool any = false;
+  for_each_process([&](int /*column*/, const Posterior& process, const EvidenceOptions&, int) {
+    any = any || process.over_budget();
+  });
+  return any;
+}
+
+/// Keeps a sample to be taken again, as long as that can be.
+void Learning::keep(const Sample& sample) {
+  if (over_budget()) {
+    samples_ = {};
+  } else {
+    samples_.push_back(sample);
+  }
+}
+
 /// All samples of the run anew, under the hyper-parameters of now: what was learned in passing relied on what was
-/// believed then.
+/// believed then. Over budget what was learned stays.
 void Learning::replay() {
+  if (over_budget()) return;
   const int n = belief_.joints();
   const auto again = [this](Posterior& process, const Posterior& begun) {
-    process = carry_over(process.prior(), begun);
+    process = condition(process.prior(), begun);
     process.reserve(process.size() + capacity_);
   };
   for (int i = 0; i < n; ++i) {

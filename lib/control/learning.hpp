@@ -89,6 +89,8 @@ class Learning {
   };
   Absorbed absorb(const Sample& sample);
   bool is_test(const Sample& sample);
+  bool over_budget();
+  void keep(const Sample& sample);
   void learn(const Sample& sample, long k);
   void for_each_process(auto&& f);
   void tune_grown(std::optional<int> column);
@@ -115,7 +117,7 @@ class Learning {
   JointVector noise_;            // variance of the sensor's, of each joint, from all windows
   double noise_freedom_ = 0.0;   // and its degrees of freedom
   BeliefMarginals believed_;     // at the last call
-  std::vector<Sample> samples_;  // of this run, where there is a monitor
+  std::vector<Sample> samples_;  // of this run, where there is a monitor and no process is over budget
   Belief begun_;                 // what it began with, likewise
   int capacity_ = 0;             // samples that a process may gain
   std::vector<int> tuned_size_;  // samples of a process when it was last tuned

@@ -7,7 +7,8 @@
 namespace bayesctrl {
 
 TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random) {
-  if (data.size() == 0 || data.over_budget()) return {};
+  if (data.size() == 0) return {};
+  if (data.over_budget()) return {0, 1};
   try {
     const EvidenceSummary best = maximize_evidence(data.prior(), data, options, random);
     data = condition(best.prior, data);
@@ -35,9 +36,10 @@ TuneResult tune(Belief& belief, const Tuning& tuning, RandomStream& random) {
 void widen(Posterior& data) {
   const double excess = data.mean_squared_innovation();
   if (!(excess > 1.0)) return;
-  GaussianProcess prior = data.prior();
-  scale_output(prior.kernel, std::sqrt(excess));
   try {
+    if (data.over_budget()) return data.scale_output(std::sqrt(excess));
+    GaussianProcess prior = data.prior();
+    scale_output(prior.kernel, std::sqrt(excess));
     data = condition(prior, data);
   } catch (const NumericalError&) {
     return;  // as it was

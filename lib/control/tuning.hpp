@@ -39,7 +39,7 @@ struct Tuning {
 
 struct TuneResult {
   int evaluations = 0;  // of the likelihood
-  int failed = 0;       // processes whose likelihood could not be evaluated, which stay as they were
+  int failed = 0;  // processes whose likelihood could not be evaluated or that are over budget; they stay as they were
 };
 
 /// Maximises the evidence of one process under its data and conditions the optimum on them. `data` keeps its samples; a

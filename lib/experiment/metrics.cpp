@@ -98,7 +98,8 @@ constexpr std::array kMetrics{
            }},
     Metric{"skipped_samples", "", "samples that a process could not take, such as a repetition without noise", true,
            [](const Study&, const Outcome& o) { return if_any(o.result.learning.skipped_samples); }},
-    Metric{"failed_tunings", "", "tunings without a finite marginal likelihood, after which nothing was changed", true,
+    Metric{"failed_tunings", "",
+           "tunings without a finite marginal likelihood, or of a process over its budget: nothing was changed", true,
            [](const Study&, const Outcome& o) { return if_any(o.result.learning.failed_tunings); }},
     Metric{
         "passing_points", "", "of the new points, taken without a probe", true,

@@ -21,14 +21,20 @@ StateVector to_state(const InitialState& initial) {
   return x;
 }
 
-/// The data of `trained` under the priors of `fresh`; a process over its budget has lost them and stays as it is.
+/// The data of `trained` under the priors of `fresh`. Throws NumericalError for a process over its budget.
 Belief with_data(const Belief& fresh, const Belief& trained) {
   Belief belief = fresh;
-  for (int i = 0; i < belief.joints(); ++i) {
-    belief.drift(i) = carry_over(fresh.drift(i).prior(), trained.drift(i));
-    for (int j = 0; j < belief.joints(); ++j) {
-      belief.gain(i, j) = carry_over(fresh.gain(i, j).prior(), trained.gain(i, j));
+  const auto under = [](const Posterior& prior, const Posterior& data) {
+    if (data.over_budget()) {
+      throw NumericalError(
+          "the data it starts with are over budget: what was absorbed holds under its own priors only "
+          "(keep_hyper_parameters: true)");
     }
+    return condition(prior.prior(), data);
+  };
+  for (int i = 0; i < belief.joints(); ++i) {
+    belief.drift(i) = under(fresh.drift(i), trained.drift(i));
+    for (int j = 0; j < belief.joints(); ++j) belief.gain(i, j) = under(fresh.gain(i, j), trained.gain(i, j));
   }
   return belief;
 }

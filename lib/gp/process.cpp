@@ -85,6 +85,12 @@ void Posterior::absorb(std::span<const double> x, double y, double noise_varianc
   if (sparse_) sparse_->absorb(x, centred, noise_variance);
 }
 
+void Posterior::scale_output(double factor) {
+  sparse_->scale_output(factor);
+  bayesctrl::scale_output(prior_.kernel, factor);
+  prior_variance_ *= factor * factor;
+}
+
 Marginal Posterior::predict(std::span<const double> x) const {
   if (static_cast<int>(x.size()) != dimension()) throw std::invalid_argument("an input of another dimension");
   const double prior_mean = prior_.prior_mean(x);  // first, as above
@@ -154,10 +160,6 @@ Posterior condition(const GaussianProcess& prior, const Posterior& data) {
     }
   }
   return posterior;
-}
-
-Posterior carry_over(const GaussianProcess& prior, const Posterior& data) {
-  return data.over_budget() ? data : condition(prior, data);
 }
 
 Marginal exponential_of(const Marginal& log_value) {

@@ -86,6 +86,9 @@ class Posterior {
   void extend(std::span<const double> x, double y);
   void extend(std::span<const double> x, double y, double noise_variance);
 
+  /// Over budget: as if the prior's standard deviation had been so many times as large all along, O(m^3).
+  void scale_output(double factor);
+
   /// Mean and variance of f(x), O(n^2). Allocates nothing.
   Marginal predict(std::span<const double> x) const;
 
@@ -120,9 +123,6 @@ Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs,
 
 /// The samples that are kept under another prior; those that came with a noise variance of their own keep it.
 Posterior condition(const GaussianProcess& prior, const Posterior& data);
-
-/// The same where every sample is kept; a process over its budget stays as it is.
-Posterior carry_over(const GaussianProcess& prior, const Posterior& data);
 
 /// Mean of exp(f) for f ~ N(m, s2): exp(m + s2/2) (the paper's mean of b). Variance: exp(2m + s2)(exp(s2) - 1); the
 /// paper prints exp(2m + s2) exp(s2 - 1), which does not vanish with s2.

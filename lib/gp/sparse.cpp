@@ -1,15 +1,15 @@
 #include "gp/sparse.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
+
+#include "base/error.hpp"
+#include "base/format.hpp"
 
 namespace bayesctrl {
 
 namespace {
-
-constexpr double kNoiseShare = 1e-3;  // of a sample's noise variance: what the basis may leave open
-constexpr double kResolution = 1e-8;  // of the function's variance: the least that is told apart
-constexpr double kWorthAPlace = 2.0;  // times as unknown as an input of the basis, to take its place
 
 /// (a, b) <- (c a + s b, c b - s a), element by element.
 void rotate(auto&& a, auto&& b, double c, double s) {
@@ -27,25 +27,27 @@ SparsePosterior::SparsePosterior(const Kernel& kernel, int dimension, int most)
       variance_(bayesctrl::variance(kernel)),
       most_(most),
       basis_(dimension),
-      whitening_(most, most),
+      factor_(most, most),
       root_(most, most),
       z_(most),
-      precision_(most) {
+      precision_(most),
+      used_(most) {
   basis_.reserve(most);
 }
 
 SparsePosterior::Features SparsePosterior::features(const double* x) const {
   const int m = size();
-  Vector k(m);
+  Vector phi(m);
   BlockArray block;
   for (int first = 0; first < m; first += kBlock) {
     const int count = std::min(kBlock, m - first);
     evaluate(kernel_, basis_.block(first, count), x, block);
-    k.segment(first, count) = block.matrix();
+    phi.segment(first, count) = block.matrix();
   }
-  Vector phi(m);
-  for (int i = 0; i < m; ++i) phi[i] = whitening_.row(i).head(i + 1).dot(k.head(i + 1));
-  return {phi, std::max(variance_ - phi.squaredNorm(), 0.0)};
+  int nearest = 0;
+  if (m > 0) phi.maxCoeff(&nearest);
+  factor_.topLeftCorner(m, m).triangularView<Eigen::Lower>().solveInPlace(phi);
+  return {phi, std::max(variance_ - phi.squaredNorm(), 0.0), nearest};
 }
 
 Marginal SparsePosterior::predict(const Features& at) const {
@@ -61,14 +63,13 @@ void SparsePosterior::absorb(std::span<const double> x, double y, double noise_v
   Features at = features(x.data());
   const double least = std::max(kNoiseShare * noise_variance, kResolution * variance_);
   if (at.open > least && size() == most_) {
-    int known = 0;
-    const double largest = precision_.maxCoeff(&known);
-    if (at.open * largest > kWorthAPlace) {
-      remove(known);
+    if (const int outdone = outdone_by(at); outdone >= 0) {
+      remove(outdone);
       at = features(x.data());
     }
   }
   if (at.open > least && size() < most_) append(x.data(), at);
+  used_[at.nearest] = ++absorbed_;
 
   const Marginal before = predict(at);
   const double variance = before.variance + noise_variance, error = y - before.mean;
@@ -78,67 +79,108 @@ void SparsePosterior::absorb(std::span<const double> x, double y, double noise_v
   add_information(at.phi / root, y / root);
 }
 
+/// The input of the full basis that has to make room for another, or -1.
+int SparsePosterior::outdone_by(const Features& at) {
+  int known = 0, unused = 0;
+  precision_.maxCoeff(&known);
+  precision_[known] = precisions_with(known)[known];  // not what was carried along, whose errors add up
+  if (at.open * precision_[known] > kWorthAPlace) return known;
+  used_.minCoeff(&unused);
+  return at.open > kUnknown * variance_ ? unused : -1;
+}
+
+void SparsePosterior::scale_output(double factor) {
+  const int m = size();
+  const double square = factor * factor;
+  auto root = root_.topLeftCorner(m, m);
+  const Eigen::MatrixXd r = root.triangularView<Eigen::Lower>();
+  const Eigen::VectorXd told = factor * (r * z_.head(m));
+  // Of the information R^T R = I + sum phi phi^T / noise the sum grows, phi = L^-1 k being that much longer.
+  Eigen::MatrixXd information = square * r * r.transpose();
+  information.diagonal().array() += 1.0 - square;
+  const Eigen::LLT<Eigen::MatrixXd> llt(information);
+  if (llt.info() != Eigen::Success) throw NumericalError("a sparse process cannot be scaled by " + format(factor));
+  root = llt.matrixLLT();
+  z_.head(m) = llt.matrixL().solve(told);
+  bayesctrl::scale_output(kernel_, factor);
+  variance_ *= square;
+  factor_ *= factor;
+  precision_ /= square;
+  squared_innovations_ /= square;
+}
+
 /// Adds the input to the basis; its features then leave nothing open.
 void SparsePosterior::append(const double* x, Features& at) {
   const int m = size();
-  const double root = std::sqrt(at.open);
-  whitening_.col(m).setZero();
-  auto row = whitening_.row(m);
-  row.setZero();
-  for (int i = 0; i < m; ++i) row.head(i + 1) -= at.phi[i] / root * whitening_.row(i).head(i + 1);
-  row[m] = 1.0 / root;
-  precision_[m] = 0.0;
-  precision_.head(m + 1) += row.head(m + 1).transpose().array().square();
-  root_.row(m).setZero();
-  root_.col(m).setZero();
+  const double jitter = kJitter * variance_, root = std::sqrt(at.open + jitter);
+  factor_.row(m).head(m) = at.phi.transpose();
+  factor_(m, m) = root;
+  // K^-1 grows by v v^T, v = (-L^-T phi, 1) / root.
+  Vector v = at.phi;
+  factor_.topLeftCorner(m, m).triangularView<Eigen::Lower>().transpose().solveInPlace(v);
+  precision_.head(m) += v.array().square() / (at.open + jitter);
+  precision_[m] = 1.0 / (at.open + jitter);
+  root_.row(m).head(m).setZero();
   root_(m, m) = 1.0;
   z_[m] = 0.0;
   basis_.append(x);
   at.phi.conservativeResize(m + 1);
-  at.phi[m] = root;
-  at.open = 0.0;
+  at.phi[m] = at.open / root;
+  at.open *= jitter / (at.open + jitter);
+  at.nearest = m;
+}
+
+/// Column i of K^-1.
+SparsePosterior::Vector SparsePosterior::precisions_with(int i) const {
+  const int m = size();
+  Vector column = Vector::Unit(m, i);
+  const auto lower = factor_.topLeftCorner(m, m).triangularView<Eigen::Lower>();
+  lower.solveInPlace(column);
+  lower.transpose().solveInPlace(column);
+  return column;
+}
+
+/// Turns two equations of R w = z so that the second no longer knows a weight; neither knows those before `first`.
+void SparsePosterior::turn_equations(int keep, int zero, int weight, int first) {
+  const double length = std::hypot(root_(weight, keep), root_(weight, zero));
+  if (length == 0.0) return;
+  const double c = root_(weight, keep) / length, s = root_(weight, zero) / length;
+  const int count = size() - first;
+  rotate(root_.col(keep).segment(first, count), root_.col(zero).segment(first, count), c, s);
+  rotate(z_.segment(keep, 1), z_.segment(zero, 1), c, s);
 }
 
 /// Takes input i out of the basis: what was known of f there is forgotten, of the others nothing.
 void SparsePosterior::remove(int i) {
-  const int m = size(), rest = m - 1 - i;
-  // Turns the weights so that f at the other inputs does not depend on weight i.
-  for (int k = i + 1; k < m; ++k) {
-    const double length = std::hypot(whitening_(i, i), whitening_(k, i));
-    const double c = whitening_(i, i) / length, s = whitening_(k, i) / length;
-    rotate(whitening_.row(i).head(k + 1), whitening_.row(k).head(k + 1), c, s);
-    rotate(root_.row(i).head(k + 1), root_.row(k).head(k + 1), c, s);
-  }
-  for (int k = i; k + 1 < m; ++k) {
-    whitening_.row(k).head(i) = whitening_.row(k + 1).head(i);
-    whitening_.row(k).segment(i, rest) = whitening_.row(k + 1).segment(i + 1, rest);
-  }
-  marginalise(i);
-  basis_.erase(i);
-  precision_.head(m - 1).setZero();
-  for (int k = 0; k + 1 < m; ++k) {
-    precision_.head(k + 1) += whitening_.row(k).head(k + 1).transpose().array().square();
-  }
-}
-
-/// Integrates over weight i, whose row of R^T is full.
-void SparsePosterior::marginalise(int i) {
   const int m = size();
-  const auto turn = [this](int row, int keep, int zero, int from, int to) {
-    const double length = std::hypot(root_(row, keep), root_(row, zero));
-    if (length == 0.0) return;
-    const double c = root_(row, keep) / length, s = root_(row, zero) / length;
-    rotate(root_.col(keep).segment(from, to - from), root_.col(zero).segment(from, to - from), c, s);
-    rotate(z_.segment(keep, 1), z_.segment(zero, 1), c, s);
-  };
-  // Until only the first equation knows weight i; it is left out with it.
-  for (int j = m - 1; j > 0; --j) turn(i, j - 1, j, 0, m);
+  const Vector column = precisions_with(i);
+  precision_.head(m) = (precision_.head(m) - column.array().square() / column[i]).max(1.0 / variance_);
+  for (int k = i; k + 1 < m; ++k) {
+    precision_[k] = precision_[k + 1];
+    used_[k] = used_[k + 1];
+  }
+
+  // Without its row the factor has one number beyond each diagonal; turning the weights clears them one by one, until
+  // f at the basis does not depend on the last weight.
+  for (int k = i; k + 1 < m; ++k) factor_.row(k).head(k + 2) = factor_.row(k + 1).head(k + 2);
+  for (int k = i; k + 1 < m; ++k) {
+    const double length = std::hypot(factor_(k, k), factor_(k, k + 1));
+    const double c = factor_(k, k) / length, s = factor_(k, k + 1) / length;
+    rotate(factor_.col(k).segment(k, m - 1 - k), factor_.col(k + 1).segment(k, m - 1 - k), c, s);
+    root_(k, k + 1) = 0.0;
+    rotate(root_.row(k).head(k + 2), root_.row(k + 1).head(k + 2), c, s);
+    turn_equations(k, k + 1, k, k);
+  }
+  // Integrates over it: turned until only the first equation knows it, which is left out with it.
+  for (int j = m - 1; j > 0; --j) {
+    root_(j - 1, j) = 0.0;
+    turn_equations(j - 1, j, m - 1, j - 1);
+  }
   for (int j = 0; j + 1 < m; ++j) {
-    root_.col(j).head(i) = root_.col(j + 1).head(i);
-    root_.col(j).segment(i, m - 1 - i) = root_.col(j + 1).segment(i + 1, m - 1 - i);
+    root_.col(j).segment(j, m - 1 - j) = root_.col(j + 1).segment(j, m - 1 - j);
     z_[j] = z_[j + 1];
   }
-  for (int j = i; j + 2 < m; ++j) turn(j, j, j + 1, j, m - 1);
+  basis_.erase(i);
 }
 
 /// Adds the equation row . w = value, of unit variance.

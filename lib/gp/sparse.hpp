@@ -17,15 +17,20 @@ struct Marginal {
 /// A zero-mean Gaussian process that absorbs any number of samples in bounded memory, O(m^2) each: what they tell is
 /// kept as a normal distribution of the function at m <= `most` of the inputs, the basis, and everywhere else as the
 /// prior has it given those (Csato & Opper 2002; the noise of a sample grows by what the basis cannot express there,
-/// Snelson & Ghahramani 2006). As long as every input that is news fits into the basis it is the exact posterior,
-/// but for rounding: W is an inverse, and loses its digits where inputs lie densely along a trajectory.
+/// Snelson & Ghahramani 2006). As long as every input that is news fits into the basis it is the exact posterior.
 ///
-/// Weights w ~ N(0, I) of the whitened features phi(x) = W k(x), W K W^T = I over the basis; R w = z is the square-root
-/// information of the samples, R^T R = I + sum phi phi^T / noise, to which samples are added by rotations: nothing is
-/// ever subtracted.
+/// What is known is f at the basis with a little noise, u = L w, L L^T = K + jitter I, with weights w ~ N(0, I):
+/// without the noise K is singular to working precision where inputs lie densely along a trajectory. The features of an
+/// input are phi(x) = L^-1 k(x). R w = z is the square-root information of the samples, R^T R = I + sum phi phi^T /
+/// noise. Both factors change by rotations only, and never lose positive definiteness.
 class SparsePosterior {
  public:
   static constexpr int kMost = 512;
+  static constexpr double kNoiseShare = 1e-3;  // of a sample's noise variance: what the basis may leave open
+  static constexpr double kResolution = 1e-8;  // of the function's variance: the least that is told apart
+  static constexpr double kJitter = 1e-10;     // of the function's variance: noise of f at the basis
+  static constexpr double kWorthAPlace = 2.0;  // times as unknown as an input of the basis, to take its place
+  static constexpr double kUnknown = 1e-2;     // of the function's variance left open: takes a place in any case
 
   SparsePosterior(const Kernel& kernel, int dimension, int most);
 
@@ -33,8 +38,13 @@ class SparsePosterior {
   const Inputs& basis() const { return basis_; }
 
   /// Absorbs y = f(x) + noise. An input that is news joins the basis; where that is full it takes the place of the one
-  /// that the others know best, if it is less known itself. Allocates nothing.
+  /// that the others know best, if it is less known itself, or else, where next to nothing is known of it, that of the
+  /// one that has not been nearest to a sample for longest. Allocates nothing.
   void absorb(std::span<const double> x, double y, double noise_variance);
+
+  /// As if the prior's standard deviation had been so many times as large all along, but for what the basis left open.
+  /// The samples' innovations are then so many times less surprising; their likelihood stays what it was. O(m^3).
+  void scale_output(double factor);
 
   /// Mean and variance of f(x). Allocates nothing.
   Marginal predict(std::span<const double> x) const;
@@ -50,23 +60,28 @@ class SparsePosterior {
   struct Features {
     Vector phi;
     double open;
+    int nearest;  // input of the basis, by its covariance
   };
 
   Features features(const double* x) const;
   Marginal predict(const Features& at) const;
+  int outdone_by(const Features& at);
   void append(const double* x, Features& at);
   void remove(int i);
-  void marginalise(int i);
+  void turn_equations(int keep, int zero, int weight, int first);
+  Vector precisions_with(int i) const;
   void add_information(Vector row, double value);
 
   Kernel kernel_;
   double variance_ = 0.0;
   int most_ = 0;
   Inputs basis_;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> whitening_;  // W, lower triangular
-  Eigen::MatrixXd root_;                                                              // R^T, lower triangular
+  Eigen::MatrixXd factor_;  // L, lower triangular; what stands above the diagonals is not defined
+  Eigen::MatrixXd root_;    // R^T, lower triangular
   Eigen::VectorXd z_;
   Eigen::ArrayXd precision_;  // diagonal of K^-1: one over the variance of f at an input, given f at the others
+  Eigen::Array<long, Eigen::Dynamic, 1> used_;  // the last sample that an input was nearest to
+  long absorbed_ = 0;
   double squared_innovations_ = 0.0, log_likelihood_ = 0.0;
 };
 

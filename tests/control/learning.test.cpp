@@ -36,8 +36,13 @@ BeliefPrior right_prior() {
   return prior;
 }
 
+struct Learned {
+  LearningRecord record;
+  Belief belief;
+};
+
 /// SP1 from rest to q = 1 in 6 s, on a machine that is a draw from `truth`, believing in `believed`.
-LearningRecord learned(const BeliefPrior& truth, const BeliefPrior& believed, int draw) {
+Learned learn_from(const BeliefPrior& truth, const Belief& believed, int draw) {
   RandomStream random = random_stream(static_cast<std::uint64_t>(draw), "machine");
   const Posterior drift =
       drawn(truth.drift[0], {-3.2, -2.4, -1.6, -0.8, 0.0, 0.8, 1.6, 2.4, 3.2}, {-4, -2, 0, 2, 4}, random);
@@ -49,7 +54,7 @@ LearningRecord learned(const BeliefPrior& truth, const BeliefPrior& believed, in
   learner.window = DerivativeWindow{};
   learner.monitor = Monitor{};
   const long calls = 600;
-  Learning learning({learner, {}, kPeriod, calls, false}, Belief(believed, 1), random_stream(1, "learning"));
+  Learning learning({learner, {}, kPeriod, calls, false}, believed, random_stream(1, "learning"));
   const auto acceleration = [&](const Eigen::Vector2d& x, double u) {
     return drift.predict(span_of(x)).mean + std::exp(log_gain.predict(span_of(x)).mean) * u;
   };
@@ -72,7 +77,11 @@ LearningRecord learned(const BeliefPrior& truth, const BeliefPrior& believed, in
     if (x.cwiseAbs().maxCoeff() > 6.0) break;  // where the draw says nothing
   }
   learning.finish();
-  return learning.record();
+  return {learning.record(), learning.take_belief()};
+}
+
+LearningRecord learned(const BeliefPrior& truth, const BeliefPrior& believed, int draw) {
+  return learn_from(truth, Belief(believed, 1), draw).record;
 }
 
 }  // namespace
@@ -103,4 +112,25 @@ TEST_CASE("A drift that is believed ten times too small is found in all runs but
   WARN(found << " of 40 found, after " << time / found << " s");
   CHECK(found >= 36);
   CHECK(time / found < 2.0);
+}
+
+TEST_CASE("Over its budget a learner is widened by an alarm too, and forgets nothing", "[control]") {
+  BeliefPrior confident = right_prior();
+  scale_output(confident.drift[0].kernel, 0.1);
+  confident.drift[0].budget = 8;
+  Belief begun(confident, 1);
+  for (int k = 0; k < 20; ++k) begun.drift(0).extend(std::vector{-6.0 - 0.1 * k, 0.0}, 0.0, 1e-4);
+  REQUIRE(begun.drift(0).over_budget());
+  int found = 0;
+  for (int draw = 0; draw < 20; ++draw) {
+    const Learned result = learn_from(right_prior(), begun, draw);
+    if (result.record.alarms.empty()) continue;
+    ++found;
+    INFO("draw " << draw);
+    CHECK(variance(result.belief.drift(0).prior().kernel) > 1.5 * variance(confident.drift[0].kernel));
+    CHECK(result.belief.drift(0).absorbed() > 20);
+    const std::vector<double> known{-6.55, 0.0};
+    CHECK(std::abs(result.belief.drift(0).predict(known).mean) < 0.05);
+  }
+  CHECK(found >= 15);
 }

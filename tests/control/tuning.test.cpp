@@ -117,6 +117,45 @@ TEST_CASE("A process that its data surprise is widened until they do not; one th
   }
 }
 
+TEST_CASE("Over its budget a process is widened as it stands, keeps what it knows, and is not tuned", "[control]") {
+  const Eigen::MatrixXd inputs = random_points(60, 2, 2.0, 79);
+  for (const auto& [name, kernel] : example_kernels(2)) {
+    INFO(name);
+    std::vector<double> targets;  // large for this kernel, but such as it can have
+    for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+      const Eigen::VectorXd x = inputs.row(i);
+      targets.push_back(50.0 * covariance(kernel, x, Eigen::Vector2d(0.3, -0.4)) -
+                        30.0 * covariance(kernel, x, Eigen::Vector2d(-1.0, 0.5)));
+    }
+    GaussianProcess prior = process_with(kernel, 1e-3);
+    prior.budget = 50;
+    Posterior surprised = condition(prior, inputs, targets);
+    const Posterior before = surprised;
+    const double excess = before.mean_squared_innovation();
+    REQUIRE(before.over_budget());
+    REQUIRE(excess > 1.0);
+    widen(surprised);
+    CHECK(surprised.absorbed() == 60);
+    CHECK(surprised.mean_squared_innovation() == Approx(1.0));
+    CHECK(variance(surprised.prior().kernel) == Approx(excess * variance(kernel)));
+    // As a process that keeps every sample is under the wider prior.
+    GaussianProcess wide = process_with(kernel, 1e-3);
+    scale_output(wide.kernel, std::sqrt(excess));
+    const Posterior exact = condition(wide, inputs, targets);
+    for (const Eigen::Vector2d& x : {Eigen::Vector2d(300.0, 211.0), Eigen::Vector2d(inputs.row(7))}) {
+      const Marginal value = surprised.predict(span_of(x)), expected = exact.predict(span_of(x));
+      CHECK(relative_error(value.mean, expected.mean, std::sqrt(variance(wide.kernel))) < 0.02);
+      CHECK(relative_error(value.variance, expected.variance, variance(wide.kernel)) < 0.02);
+    }
+
+    RandomStream random = random_stream(1, "tune");
+    const TuneResult result = tune(surprised, EvidenceOptions{}, random);
+    CHECK(result.failed == 1);
+    CHECK(result.evaluations == 0);
+    CHECK(surprised.absorbed() == 60);
+  }
+}
+
 TEST_CASE("A process with fewer samples than the least is not tuned", "[control]") {
   Belief belief = example_belief(1, 4);
   const double before = belief.drift(0).prior().noise_variance;

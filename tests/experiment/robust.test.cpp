@@ -8,6 +8,7 @@
 
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -102,6 +103,23 @@ TEST_CASE("Over its budget a learner keeps learning, and ends as near as one tha
   CHECK(metric(some, "SP1", "squared_error") < 1.05 * metric(all, "SP1", "squared_error"));
   CHECK(metric(some, "SP1", "alarms") == 0.0);
   CHECK(std::isnan(metric(some, "SP1", "latency_99")));
+}
+
+TEST_CASE("What cannot be done over budget is said", "[experiment]") {
+  Node spec = read_yaml(config("long_run.yaml"));
+  for (const char* setting :
+       {"duration=8", "output.latency=false", "belief.drift.budget=20", "belief.input_gain.budget=10",
+        "tuning.when=at_end", "controllers.second={type: adaptive, trained_from: SP1}",
+        "controllers.third={type: adaptive, trained_from: SP1, keep_hyper_parameters: false}"}) {
+    set_path(spec, setting);
+  }
+  const StudyOutcome outcome = run_one(read<Study>(spec));
+  CHECK(metric(outcome, "SP1", "failed_tunings") == 2.0);
+  CHECK(outcome.find("second")->result.status == RunStatus::ok);
+  CHECK(outcome.find("second")->result.belief.drift(0).absorbed() >
+        outcome.find("SP1")->result.belief.drift(0).absorbed());
+  CHECK(outcome.find("third")->result.status == RunStatus::failed);
+  CHECK_THAT(outcome.find("third")->result.reason, Contains("keep_hyper_parameters: true"));
 }
 
 TEST_CASE("The latency of calls is told where it is asked for", "[experiment]") {

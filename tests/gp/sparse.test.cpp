@@ -4,6 +4,7 @@
 #include "gp/process.hpp"
 #include "support/compare.hpp"
 #include "support/dense_gp.hpp"
+#include "support/dense_sparse.hpp"
 #include "support/families.hpp"
 
 using namespace bayesctrl;
@@ -24,6 +25,13 @@ double rms_between(const Posterior& a, const Posterior& b, const Eigen::MatrixXd
     sum += std::pow(a.predict(span_of(x)).mean - b.predict(span_of(x)).mean, 2);
   }
   return std::sqrt(sum / static_cast<double>(queries.rows()));
+}
+
+/// State k of 33 a second along a motion that fills its range again and again, and wanders by `pace` a second.
+Eigen::Vector2d along_a_motion(int k, double pace = 0.0) {
+  const double t = 0.03 * k;
+  return {1.5 * std::sin(0.8 * t) + 1.9 * std::sin(0.031 * t) + pace * t,
+          1.2 * std::cos(0.8 * t) + 1.5 * std::cos(0.0231 * t)};
 }
 
 /// -9.81 sin x1 - 2 x2, the drift of a pendulum.
@@ -72,36 +80,124 @@ TEST_CASE("While every input fits into the basis, the sparse process is the exac
   }
 }
 
-TEST_CASE("What leaves the basis is forgotten, and nothing else: the rest is the exact marginal", "[gp]") {
-  // Noise so small that each input is its own value: after one left, the others still predict as if they had all been
-  // seen without it.
+TEST_CASE("The sparse process is its plain twin, for every kernel along a motion", "[gp]") {
+  for (const auto& [name, kernel] : example_kernels(2)) {
+    for (const double noise : {1e-3, 1e-1}) {
+      INFO(name << ", noise " << noise);
+      SparsePosterior sparse(kernel, 2, 12);
+      DenseSparsePosterior plain(kernel, 12);
+      RandomStream random(73);
+      double largest = 0.0;
+      for (int k = 0; k < 1500; ++k) {
+        const Eigen::Vector2d x = along_a_motion(k);
+        const double y = smooth(x) + std::sqrt(noise) * draw_normal(random);
+        sparse.absorb(span_of(x), y, noise);
+        plain.absorb(x, y, noise);
+        for (const Eigen::Vector2d& query : {x, Eigen::Vector2d(0.3, -0.4)}) {
+          const Marginal value = sparse.predict(span_of(query)), expected = plain.predict(query);
+          largest =
+              std::max({largest, std::abs(value.mean - expected.mean), std::abs(value.variance - expected.variance)});
+        }
+      }
+      CHECK(plain.left() > 10);
+      CHECK(largest < 1e-3 * variance(kernel));
+    }
+  }
+}
+
+TEST_CASE("A budget follows a motion that goes away for good, and a thousand changes cost no digit", "[gp]") {
   const Kernel kernel{SquaredExponential{2.0, {0.7, 0.9}}};
-  const Eigen::MatrixXd inputs = random_points(40, 2, 3.0, 73);
-  const std::vector<double> targets = smooth_at(inputs);
-  SparsePosterior sparse(kernel, 2, 16);
-  for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
-    const Eigen::VectorXd x = inputs.row(i);
-    sparse.absorb(span_of(x), targets[static_cast<std::size_t>(i)], 1e-6);
-    REQUIRE(sparse.size() <= 16);
+  SparsePosterior sparse(kernel, 2, 12);
+  DenseSparsePosterior plain(kernel, 12);
+  for (int k = 0; k < 30000; ++k) {
+    const Eigen::Vector2d x = along_a_motion(k, 0.5);
+    sparse.absorb(span_of(x), smooth(x), 0.1);
+    plain.absorb(x, smooth(x), 0.1);
+    REQUIRE(sparse.predict(span_of(x)).variance < 0.1 * variance(kernel));
   }
-  REQUIRE(sparse.size() == 16);
-  for (int i = 0; i < sparse.size(); ++i) {
-    const Eigen::VectorXd x = sparse.basis().points().row(i);
-    Eigen::Index sample = 0;
-    (inputs.rowwise() - x.transpose()).rowwise().squaredNorm().minCoeff(&sample);
-    const Marginal value = sparse.predict(span_of(x));
-    CHECK(value.mean == Approx(targets[static_cast<std::size_t>(sample)]).margin(2e-3));
-    CHECK(value.variance < 1.0001e-6);
-  }
-  // Never surer than the exact one, which has seen as much.
+  CHECK(plain.left() > 1000);
+  const Eigen::Vector2d x = along_a_motion(30000, 0.5);
+  CHECK(sparse.predict(span_of(x)).mean == Approx(plain.predict(x).mean).epsilon(1e-6));
+  CHECK(sparse.predict(span_of(x)).variance == Approx(plain.predict(x).variance).epsilon(1e-6));
+}
+
+TEST_CASE("What leaves the basis is forgotten, and nothing else: the rest is the exact marginal", "[gp]") {
+  // One input of three leaves for a far one: what the others have learned from all samples stays.
+  const Kernel kernel{SquaredExponential{2.0, {1.0}}};
+  const std::vector<double> inputs{0.0, 0.5, 1.5, 40.0}, targets{1.0, -0.5, 0.7, 2.0};
+  SparsePosterior sparse(kernel, 1, 3);
   GaussianProcess prior;
   prior.kernel = kernel;
-  prior.noise_variance = 1e-6;
-  const Posterior exact = condition(prior, inputs, targets);
-  const Eigen::MatrixXd queries = random_points(200, 2, 3.0, 74);
-  for (Eigen::Index q = 0; q < queries.rows(); ++q) {
-    const Eigen::VectorXd x = queries.row(q);
-    CHECK(sparse.predict(span_of(x)).variance > exact.predict(span_of(x)).variance - 1e-8);
+  Posterior exact(prior, 1);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    sparse.absorb({&inputs[i], 1}, targets[i], 0.1);
+    exact.extend({&inputs[i], 1}, targets[i], 0.1);
+  }
+  REQUIRE(sparse.size() == 3);
+  for (int i = 0; i < 3; ++i) {
+    const double x = sparse.basis().points()(i, 0);
+    INFO(x);
+    CHECK(sparse.predict({&x, 1}).mean == Approx(exact.predict({&x, 1}).mean).epsilon(1e-6));
+    CHECK(sparse.predict({&x, 1}).variance == Approx(exact.predict({&x, 1}).variance).epsilon(1e-6));
+  }
+  const double gone = 0.5;  // the middle one, which the others know best
+  CHECK(sparse.predict({&gone, 1}).variance > 2.0 * exact.predict({&gone, 1}).variance);
+}
+
+TEST_CASE("A scaled sparse process is one that has absorbed all under the scaled prior, for every kernel", "[gp]") {
+  const Eigen::MatrixXd inputs = random_points(40, 2, 2.0, 79);
+  const std::vector<double> targets = smooth_at(inputs);
+  for (const auto& [name, kernel] : example_kernels(2)) {
+    for (const double factor : {0.5, 30.0}) {
+      INFO(name << " times " << factor);
+      Kernel scaled = kernel;
+      scale_output(scaled, factor);
+      SparsePosterior sparse(kernel, 2, 64), expected(scaled, 2, 64);
+      for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+        const Eigen::VectorXd x = inputs.row(i);
+        sparse.absorb(span_of(x), targets[static_cast<std::size_t>(i)], 1e-2);
+        expected.absorb(span_of(x), targets[static_cast<std::size_t>(i)], 1e-2);
+      }
+      sparse.scale_output(factor);
+      for (const Eigen::Vector2d& x : {Eigen::Vector2d(0.3, -0.4), Eigen::Vector2d(2.5, 1.0)}) {
+        const Marginal value = sparse.predict(span_of(x)), other = expected.predict(span_of(x));
+        CHECK(relative_error(value.mean, other.mean, std::sqrt(variance(scaled))) < 5e-3);
+        CHECK(relative_error(value.variance, other.variance, variance(scaled)) < 5e-3);
+      }
+      // And goes on as one.
+      const Eigen::Vector2d further(-3.0, 2.0);
+      for (SparsePosterior* process : {&sparse, &expected}) process->absorb(span_of(further), 5.0, 1e-2);
+      CHECK(sparse.predict(span_of(further)).mean == Approx(expected.predict(span_of(further)).mean).epsilon(5e-3));
+    }
+  }
+}
+
+TEST_CASE("A budget costs little where inputs lie densely along a motion", "[gp]") {
+  const int samples = 1200;
+  Eigen::MatrixXd inputs(samples, 2), queries(samples / 4, 2);
+  for (int k = 0; k < samples; ++k) inputs.row(k) = along_a_motion(k).transpose();
+  for (int k = 0; k < samples / 4; ++k) queries.row(k) = 0.5 * (inputs.row(4 * k) + inputs.row(4 * k + 1));
+  for (const double noise : {1e-4, 1e-3, 1e-2}) {
+    GaussianProcess prior;
+    prior.noise_variance = noise;
+    prior.kernel.form = SquaredExponential{10.0, {1.5, 4.0}};
+    std::vector<double> targets = drift_at(inputs);
+    RandomStream random(78);
+    for (double& y : targets) y += std::sqrt(noise) * draw_normal(random);
+    const Posterior exact = condition(prior, inputs, targets);
+    for (const int budget : {50, 100, 200}) {
+      INFO("noise " << noise << ", budget " << budget);
+      const Posterior sparse = condition(with_budget(prior, budget), inputs, targets);
+      CHECK(rms_error(sparse, queries) < 1.1 * rms_error(exact, queries));
+      const std::vector<double> truth = drift_at(queries);
+      int outside = 0;
+      for (Eigen::Index q = 0; q < queries.rows(); ++q) {
+        const Eigen::VectorXd x = queries.row(q);
+        const Marginal value = sparse.predict(span_of(x));
+        if (std::abs(value.mean - truth[static_cast<std::size_t>(q)]) > 3.0 * std::sqrt(value.variance)) ++outside;
+      }
+      CHECK(outside < queries.rows() / 20);
+    }
   }
 }
 

@@ -118,7 +118,8 @@ class Search {
     return 1.0 / (1.0 - slope_);
   }
 
-  /// One line, from a first step: out until it rises or flattens, then in between.
+  /// One line, from a first step: out until it rises or flattens, each time by the cubic through its beginning; then in
+  /// between.
   Point follow(double first) {
     const Point begin{0.0, value_, slope_};
     int left = std::min(kMostOnALine, options_.max_evaluations - best_.evaluations);
@@ -130,9 +131,8 @@ class Search {
         far = at(step);
       }
       if (!finite(far) || far.slope > kMostOfSlope * slope_ || !good(far) || left <= 0) break;
-      const double next = cubic_beyond(near, far), most = kExpansion * far.step;
-      const double least = far.step + kMargin * (far.step - near.step);
-      near = far;
+      const double next = cubic_beyond(begin, far), most = kExpansion * far.step;
+      const double least = (1.0 + kMargin) * far.step;
       step = std::isfinite(next) && next >= 0.0 ? std::clamp(next, std::min(least, most), most) : most;
     }
     Point end = far, high = far;
