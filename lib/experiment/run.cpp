@@ -57,7 +57,7 @@ LoopSetup to_setup(const Study& study, const Controller& controller) {
   setup.controller = controller;
   if (const auto* adaptive = std::get_if<Adaptive>(&controller)) {
     setup.learner = adaptive->learner ? *adaptive->learner : *study.learner;
-    setup.tuning = adaptive->tuning ? *adaptive->tuning : study.tuning;
+    setup.tuning = adaptive->tuning.value_or(study.tuning);
     setup.belief = Belief(adaptive->belief ? *adaptive->belief : *study.belief, joints(study.model.plant));
   }
   return setup;

@@ -34,11 +34,15 @@ struct PosteriorGrid {
   std::vector<double> position{-1.0, 6.0};
   std::vector<double> velocity{-5.0, 5.0};
   int points = 31;
+  std::optional<double> confidence;
 
   static void fields(auto& self, auto&& field) {
     field("position", self.position, {kAny, "rad or m", "lowest and highest"});
     field("velocity", self.velocity, {kAny, "rad/s or m/s", "lowest and highest"});
     field("points", self.points, {between(0, 1000), "", "along each side; 0: no posterior.csv"});
+    field("confidence", self.confidence,
+          {between(0.5, 0.9999), "",
+           "add bounds on |a - E a| and |log b - E log b| that hold all over the grid's box with this probability"});
   }
   std::string problem() const {
     return position.size() == 2 && velocity.size() == 2 ? ""

@@ -5,6 +5,7 @@
 
 #include "base/format.hpp"
 #include "experiment/metrics.hpp"
+#include "gp/bound.hpp"
 
 namespace bayesctrl {
 
@@ -142,12 +143,57 @@ Table data_table(const Belief& belief) {
   return table;
 }
 
-Table posterior_table(const Study& study, const Belief& belief) {
+namespace {
+
+const Tuning& tuning_of(const Study& study, const std::string& controller) {
+  const Controller* found = study.controllers.find(controller);
+  const auto* adaptive = found != nullptr ? std::get_if<Adaptive>(found) : nullptr;
+  return adaptive != nullptr && adaptive->tuning ? *adaptive->tuning : study.tuning;
+}
+
+/// Bounds on a_i and log b_ii over the box of the grid of one joint that together hold with the confidence asked for.
+struct GridBounds {
+  Eigen::ArrayXd drift, log_gain;
+};
+
+GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, const StateVector& centre,
+                       const std::string& controller, const Eigen::MatrixXd& states) {
+  const PosteriorGrid& grid = study.output.posterior;
+  const int n = belief.joints();
+  Box box;
+  for (const double value : centre) box.push_back({value, value});
+  const auto side = [](const std::vector<double>& range) {
+    return std::array<double, 2>{*std::min_element(range.begin(), range.end()),
+                                 *std::max_element(range.begin(), range.end())};
+  };
+  box[static_cast<std::size_t>(joint)] = side(grid.position);
+  box[static_cast<std::size_t>(n + joint)] = side(grid.velocity);
+  const double risk = (1.0 - *grid.confidence) / (2 * n);
+  const Tuning& tuning = tuning_of(study, controller);
+  const bool known = tuning.when == TuneWhen::never;
+  const auto bounds = [&](const Posterior& process, const EvidenceOptions& options, const std::string& name) {
+    std::vector<GaussianProcess> possible{process.prior()};
+    if (!known && !process.over_budget() && process.size() > 0) {
+      RandomStream random = random_stream(study.seed, controller + " " + numbered(name, joint, n));
+      possible = credible_priors(process.prior(), process, options, 0.5 * risk, random);
+    }
+    return uniform_bounds(process, possible, box, known ? risk : 0.5 * risk, states);
+  };
+  return {bounds(belief.drift(joint), tuning.evidence, "a"),
+          bounds(belief.gain(joint, joint), tuning.for_gain(), "log_b")};
+}
+
+}  // namespace
+
+Table posterior_table(const Study& study, const Belief& belief, const std::string& controller) {
   const PosteriorGrid& grid = study.output.posterior;
   Table table;
   if (grid.points == 0) return table;
   for (const char* name : {"joint", "q", "v", "error_a", "sd_a", "mean_log_b", "sd_log_b", "log_b"}) {
     table.columns.push_back({name, "", std::vector<double>{}});
+  }
+  if (grid.confidence) {
+    for (const char* name : {"bound_a", "bound_log_b"}) table.columns.push_back({name, "", std::vector<double>{}});
   }
   const auto push = [&](std::size_t column, double value) {
     std::get<std::vector<double>>(table.columns[column].cells).push_back(value);
@@ -158,6 +204,7 @@ Table posterior_table(const Study& study, const Belief& belief) {
     return grid.points == 1 ? range[0] : range[0] + (range[1] - range[0]) * k / (grid.points - 1);
   };
   StateVector x(2 * n);
+  Eigen::MatrixXd states(grid.points * grid.points, 2 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     for (int row = 0; row < grid.points; ++row) {
       for (int column = 0; column < grid.points; ++column) {
@@ -175,7 +222,14 @@ Table posterior_table(const Study& study, const Belief& belief) {
                                           std::sqrt(seen.log_gain_variance[i]),
                                           std::log(truth.gain(i, i))};
         for (std::size_t c = 0; c < cells.size(); ++c) push(c, cells[c]);
+        states.row(row * grid.points + column) = x;
       }
+    }
+    if (!grid.confidence) continue;
+    const GridBounds bounds = grid_bounds(study, belief, static_cast<int>(i), x, controller, states);
+    for (Eigen::Index k = 0; k < states.rows(); ++k) {
+      push(8, bounds.drift[k]);
+      push(9, bounds.log_gain[k]);
     }
   }
   return table;

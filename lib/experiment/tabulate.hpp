@@ -17,7 +17,8 @@ Table trajectory_table(const LoopResult& result);
 Table data_table(const Belief& belief);
 
 /// The belief on the study's grid: |a - E a| (the paper's figures), standard deviation of a, mean and standard
-/// deviation of log b, and the true log b, for each joint. Empty if the study asks for no points.
-Table posterior_table(const Study& study, const Belief& belief);
+/// deviation of log b, and the true log b, for each joint; with a confidence, bounds that hold all over the grid's box,
+/// hyper-parameters that `controller` tunes being drawn from their posterior. Empty if the study asks for no points.
+Table posterior_table(const Study& study, const Belief& belief, const std::string& controller = "");
 
 }  // namespace bayesctrl

@@ -48,7 +48,7 @@ void write_results(const StudyOutcome& outcome, const std::filesystem::path& fol
     if (!run.result.steps.empty()) batch.add(own / "trajectory.csv", to_csv(trajectory_table(run.result)));
     if (run.result.belief.joints() == 0) continue;
     batch.add(own / "data.csv", to_csv(data_table(run.result.belief)));
-    const Table posterior = posterior_table(outcome.study, run.result.belief);
+    const Table posterior = posterior_table(outcome.study, run.result.belief, run.controller);
     if (!posterior.columns.empty()) batch.add(own / "posterior.csv", to_csv(posterior));
   }
   batch.add(folder / "table.csv", to_csv(summary_table(outcome)));

@@ -148,6 +148,39 @@ Eigen::VectorXd to_vector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
+void place(const FreeParameters& free, const Eigen::VectorXd& logarithms) {
+  for (Eigen::Index i = 0; i < logarithms.size(); ++i) *free.values[i] = std::exp(logarithms[i]);
+}
+
+/// Minus the log posterior of a candidate's free parameters, up to a constant, by their logarithms; infinite outside
+/// the region in which the covariance can be factorised. Refers to its arguments.
+Objective negative_log_posterior(const GaussianProcess& candidate, const FreeParameters& free, const Posterior& data) {
+  return [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    place(free, x);
+    try {
+      const Evidence result = evidence(candidate, data);
+      double value = -result.value;
+      for (Eigen::Index i = 0; i < x.size(); ++i) {
+        gradient[i] = -result.gradient[free.index[i]];
+        if (const auto& believed = free.priors[static_cast<std::size_t>(i)]) {
+          const double z = (x[i] - std::log(believed->median)) / believed->spread;
+          value += 0.5 * z * z;
+          gradient[i] += z / believed->spread;
+        }
+      }
+      return value;
+    } catch (const NumericalError&) {
+      return kInfinity;
+    }
+  };
+}
+
+constexpr int kDraws = 100;        // of hyper-parameters,
+constexpr int kThinning = 20;      // of a chain of so many steps each,
+constexpr int kBurnIn = 500;       // after so many that set the length of a step,
+constexpr double kAccepted = 0.3;  // so that this share is accepted
+constexpr double kAdaptation = 0.1;
+
 }  // namespace
 
 EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
@@ -162,27 +195,7 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
     return best;
   }
   const auto size = static_cast<Eigen::Index>(free.values.size());
-  const auto place = [&](const Eigen::VectorXd& x) {
-    for (Eigen::Index i = 0; i < size; ++i) *free.values[i] = std::exp(x[i]);
-  };
-  const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
-    place(x);
-    try {
-      const Evidence result = evidence(candidate, data);
-      double value = -result.value;
-      for (Eigen::Index i = 0; i < size; ++i) {
-        gradient[i] = -result.gradient[free.index[i]];
-        if (const auto& believed = free.priors[static_cast<std::size_t>(i)]) {
-          const double z = (x[i] - std::log(believed->median)) / believed->spread;
-          value += 0.5 * z * z;
-          gradient[i] += z / believed->spread;
-        }
-      }
-      return value;
-    } catch (const NumericalError&) {
-      return kInfinity;  // outside the region in which the covariance can be factorised
-    }
-  };
+  const Objective objective = negative_log_posterior(candidate, free, data);
   const Eigen::VectorXd low = to_vector(free.low), high = to_vector(free.high);
   for (int start = 0; start <= options.restarts; ++start) {
     Eigen::VectorXd x(size);
@@ -193,7 +206,7 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
         minimize(objective, x, low, high, {.method = options.method, .max_evaluations = options.max_evaluations});
     best.evaluations += summary.evaluations;
     if (-summary.value > best.value) {
-      place(summary.x);
+      place(free, summary.x);
       best.prior = candidate;
       best.value = -summary.value;
       best.converged = summary.converged;
@@ -203,6 +216,42 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
     throw NumericalError("the marginal likelihood could not be evaluated at any starting point");
   }
   return best;
+}
+
+std::vector<GaussianProcess> credible_priors(const GaussianProcess& prior, const Posterior& data,
+                                             const EvidenceOptions& options, double risk, RandomStream& random) {
+  GaussianProcess candidate = prior;
+  const FreeParameters free = free_parameters(candidate, data, options);
+  const auto size = static_cast<Eigen::Index>(free.values.size());
+  if (size == 0) return {candidate};
+  const Objective objective = negative_log_posterior(candidate, free, data);
+  Eigen::VectorXd x(size), gradient(size), next(size);
+  for (Eigen::Index i = 0; i < size; ++i) x[i] = std::log(*free.values[i]);
+  double value = objective(x, gradient), length = 0.3;
+  std::vector<std::pair<double, GaussianProcess>> draws;
+  for (int step = 1 - kBurnIn; step <= kDraws * kThinning; ++step) {
+    bool inside = true;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      next[i] = x[i] + length * draw_normal(random);
+      inside = inside && next[i] >= free.low[i] && next[i] <= free.high[i];
+    }
+    const double there = inside ? objective(next, gradient) : kInfinity;
+    const bool taken = std::log(draw_uniform(random, 0.0, 1.0)) < value - there;
+    if (taken) {
+      x = next;
+      value = there;
+    }
+    if (step <= 0) {
+      length *= std::exp(kAdaptation * ((taken ? 1.0 : 0.0) - kAccepted));
+    } else if (step % kThinning == 0) {
+      place(free, x);
+      draws.emplace_back(value, candidate);
+    }
+  }
+  std::stable_sort(draws.begin(), draws.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<GaussianProcess> densest;
+  for (int i = 0; i < std::ceil((1.0 - risk) * kDraws); ++i) densest.push_back(draws[i].second);
+  return densest;
 }
 
 }  // namespace bayesctrl

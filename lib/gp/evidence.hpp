@@ -82,7 +82,7 @@ struct EvidenceOptions {
     field("hyper_priors", self.hyper_priors,
           {.text = "log-normal priors of the hyper-parameters; none: the evidence alone"});
     field("method", self.method,
-          {.text = "limited-memory BFGS, or conjugate gradients with a line search after Rasmussen's"});
+          {.text = "limited-memory BFGS, or conjugate gradients with a line search by Rasmussen's rules"});
     field("max_evaluations", self.max_evaluations,
           {between(1, 1e6), "", "evaluations of the likelihood for each start"});
     field("restarts", self.restarts, {between(0, 1000), "", "further starts, drawn log-uniformly within the bounds"});
@@ -102,5 +102,10 @@ struct EvidenceSummary {
 /// the (bounded) start.
 EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
                                   RandomStream& random);
+
+/// Draws from the posterior of the hyper-parameters (random-walk Metropolis, log-uniform within the bounds where there
+/// is no hyper-prior), without the least probable, a share `risk`: what they may be but for that probability.
+std::vector<GaussianProcess> credible_priors(const GaussianProcess& prior, const Posterior& data,
+                                             const EvidenceOptions& options, double risk, RandomStream& random);
 
 }  // namespace bayesctrl

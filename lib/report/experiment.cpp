@@ -121,6 +121,9 @@ ordered_json posterior(const fs::path& path) {
     for (const char* name : {"error_a", "sd_a", "mean_log_b", "sd_log_b", "log_b"}) {
       grid[name] = curve(numbers(table, name, file), rows);
     }
+    for (const char* name : {"bound_a", "bound_log_b"}) {
+      if (table.find(name) != nullptr) grid[name] = curve(numbers(table, name, file), rows);
+    }
     grids.push_back(std::move(grid));
   }
   return grids;

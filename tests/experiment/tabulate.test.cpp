@@ -149,3 +149,41 @@ TEST_CASE("posterior.csv of several joints has a grid for each, the other joints
   CHECK(numbers(grid, "joint", "")[17] == 2.0);
   CHECK(numbers(grid, "sd_a", "")[17] == std::sqrt(belief.predict(x).drift_variance[1]));
 }
+
+TEST_CASE(
+    "With a confidence posterior.csv has bounds that hold where priors are sensible, and do not where they are not",
+    "[experiment]") {
+  const auto share = [](const char* name, const std::string& process) {
+    const StudyOutcome outcome =
+        run_one(read_studies(config(name), {{"output.posterior.confidence=0.95"}, {}}).front());
+    const Table grid = posterior_table(outcome.study, outcome.find("SP1")->result.belief, "SP1");
+    const std::vector<double> bound = numbers(grid, "bound_" + process, ""), error_a = numbers(grid, "error_a", ""),
+                              mean = numbers(grid, "mean_log_b", ""), log_b = numbers(grid, "log_b", ""),
+                              sd = numbers(grid, process == "a" ? "sd_a" : "sd_log_b", "");
+    double held = 0.0;
+    for (std::size_t i = 0; i < bound.size(); ++i) {
+      CHECK(bound[i] > 2.0 * sd[i]);
+      held += (process == "a" ? error_a[i] : std::abs(mean[i] - log_b[i])) <= bound[i] ? 1.0 : 0.0;
+    }
+    return held / static_cast<double>(bound.size());
+  };
+  for (const char* process : {"a", "log_b"}) {
+    INFO(process);
+    CHECK(share("exp3.yaml", process) == 1.0);
+    CHECK(share("exp2.yaml", process) < 0.5);  // the prior that the paper calls wrong
+  }
+}
+
+TEST_CASE("Bounds of several joints lie over the slice of each", "[experiment]") {
+  StudyOutcome outcome = run_arm();
+  const Belief& belief = outcome.find("SP1")->result.belief;
+  outcome.study.output.posterior.confidence = 0.9;
+  const Table likely = posterior_table(outcome.study, belief, "SP1");
+  outcome.study.output.posterior.confidence = 0.999;
+  const Table sure = posterior_table(outcome.study, belief, "SP1");
+  REQUIRE(sure.rows() == 2 * 9);
+  for (const char* name : {"bound_a", "bound_log_b"}) {
+    const std::vector<double> lower = numbers(likely, name, ""), upper = numbers(sure, name, "");
+    for (std::size_t i = 0; i < upper.size(); ++i) CHECK(upper[i] > lower[i]);
+  }
+}

@@ -18,6 +18,10 @@ const learned = (place, study) => {
     const cut = joints > 1 ? " The other joints rest at their reference." : "";
     const known = grid.error_a.map((e, k) => [e, grid.sd_a[k]]).filter(p => p[0] !== null && p[1] !== null);
     const covered = known.filter(([e, sd]) => e <= 2 * sd).length / known.length;
+    const bounded = grid.bound_a ?
+        ` It is within its bound, which is to hold at every state at once, on ${
+            percent(grid.error_a.filter((e, k) => e <= grid.bound_a[k]).length / grid.error_a.length)}.` :
+        "";
     const pair = element("div", {class: "pair"});
     const draw = (key, title, caption, points, unit, over = [0]) =>
         map(pair, title, caption + cut, {q: grid.q, v: grid.v, values: grid[key], over}, labels, unit, path, points);
@@ -30,7 +34,7 @@ const learned = (place, study) => {
     draw(
         "sd_a", "√var[a(x)]",
         `${name}: posterior standard deviation of the drift. The error is within two of them on ${
-            percent(covered)} of the map.`,
+            percent(covered)} of the map.${bounded}`,
         a, u.a);
     draw(
         "mean_log_b", "E[log b(x)]", `${name}: posterior mean of the logarithm of the input gain.`, b, "",

@@ -1,0 +1,151 @@
+#include "gp/bound.hpp"
+
+#include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "gp/evidence.hpp"
+#include "support/dense_gp.hpp"
+#include "support/families.hpp"
+
+using namespace bayesctrl;
+using namespace bayesctrl::testing;
+
+namespace {
+
+struct Swept {
+  int broken = 0;       // runs in which the function leaves its bound somewhere on a fine grid
+  double factor = 0.0;  // mean of bound / sd over the grid
+};
+
+/// Functions drawn from a prior in one dimension, five noisy samples of each.
+Swept swept(const Kernel& kernel, double risk, int runs) {
+  constexpr int kSamples = 5, kFine = 120;
+  constexpr double kNoise = 1e-2;
+  Eigen::MatrixXd x(kSamples + kFine, 1);
+  x.col(0) << -0.9, -0.2, -0.1, 0.4, 0.8, Eigen::VectorXd::LinSpaced(kFine, -1.0, 1.0);
+  Eigen::MatrixXd k = gram(kernel, x, x);
+  k.diagonal().array() += 1e-9 * variance(kernel);
+  const Eigen::MatrixXd root = k.llt().matrixL();
+  GaussianProcess prior = process_with(kernel, kNoise);
+  RandomStream random = random_stream(3, "swept");
+  Swept result;
+  // Variances do not depend on what was seen.
+  const Posterior any = condition(prior, x.topRows(kSamples), std::vector<double>(kSamples, 0.0));
+  Eigen::VectorXd sd(kFine);
+  for (int i = 0; i < kFine; ++i) sd[i] = std::sqrt(any.predict({&x(kSamples + i, 0), 1}).variance);
+  const UniformBound bound = uniform_bound(kernel, {{-1.0, 1.0}}, risk, sd.mean());
+  for (int i = 0; i < kFine; ++i) result.factor += bound(sd[i]) / sd[i] / kFine;
+  // E f at the fine grid is linear in the targets.
+  Eigen::MatrixXd noisy = k.topLeftCorner(kSamples, kSamples);
+  noisy.diagonal().array() += kNoise;
+  const Eigen::MatrixXd weights = noisy.llt().solve(k.topRightCorner(kSamples, kFine)).transpose();
+  Eigen::VectorXd z(kSamples + kFine), y(kSamples);
+  for (int run = 0; run < runs; ++run) {
+    for (double& value : z) value = draw_normal(random);
+    const Eigen::VectorXd f = root * z;
+    for (int i = 0; i < kSamples; ++i) y[i] = f[i] + std::sqrt(kNoise) * draw_normal(random);
+    const Eigen::ArrayXd error = (f.tail(kFine) - weights * y).array().abs();
+    if ((error > bound.factor * sd.array() + bound.slack).any()) ++result.broken;
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("Functions of the prior stay within their uniform bound, for every kernel", "[gp]") {
+  for (const auto& [name, kernel] : example_kernels(1)) {
+    for (const double risk : {0.5, 0.05}) {
+      const Swept result = swept(kernel, risk, 1000);
+      INFO(name << " at risk " << risk << ": " << result.broken << " of 1000, " << result.factor << " sd");
+      CHECK(result.broken <= 1000 * risk);
+      CHECK(result.factor < 30.0);
+    }
+  }
+}
+
+TEST_CASE("The uniform bound holds in 10^5 runs", "[gp][slow]") {
+  for (const auto& [name, kernel] : leaf_kernels(1)) {
+    const Swept result = swept(kernel, 0.05, 20000);
+    WARN(name << ": " << result.broken << " of 20000 leave a bound of " << result.factor << " sd");
+    CHECK(result.broken <= 1000);
+  }
+}
+
+TEST_CASE("A uniform bound grows with the box, with the confidence and with the roughness", "[gp]") {
+  const Kernel smooth{SquaredExponential{1.0, {2.0, 2.0}}}, rough{SquaredExponential{1.0, {0.2, 0.2}}};
+  const Box box{{-1.0, 1.0}, {-2.0, 2.0}}, larger{{-1.0, 1.0}, {-20.0, 20.0}}, point{{0.3, 0.3}, {1.0, 1.0}};
+  const double bound = uniform_bound(smooth, box, 0.05, 0.1)(0.1);
+  CHECK(uniform_bound(smooth, larger, 0.05, 0.1)(0.1) > bound);
+  CHECK(uniform_bound(smooth, box, 0.001, 0.1)(0.1) > bound);
+  CHECK(uniform_bound(rough, box, 0.05, 0.1)(0.1) > bound);
+  // At one point it is the tail bound alone.
+  CHECK(uniform_bound(smooth, point, 0.05, 0.1)(0.1) == Approx(0.1 * std::sqrt(2.0 * std::log(2.0 / 0.05))));
+  CHECK_THROWS_AS(uniform_bound(smooth, {{0.0, 1.0}}, 0.05, 0.1), std::invalid_argument);
+}
+
+TEST_CASE("With hyper-parameters that are drawn too, the bound over what they may be holds", "[gp][slow]") {
+  // Length and output scale are drawn, then the function; the learner knows the hyper-priors and eight samples.
+  constexpr int kRuns = 1000, kFine = 40, kSamples = 8;
+  constexpr double kRisk = 0.1;
+  EvidenceOptions options;
+  options.hyper_priors.output_scale = HyperPrior{2.0, 0.5};
+  options.hyper_priors.length_scale = HyperPrior{0.5, 0.5};
+  options.bounds.noise_variance = {1e-2, 1e-2};
+  const Box box{{-1.0, 1.0}};
+  Eigen::MatrixXd x(kSamples + kFine, 1);
+  x.col(0) << -0.9, -0.7, -0.65, -0.2, 0.0, 0.3, 0.35, 0.8, Eigen::VectorXd::LinSpaced(kFine, -1.0, 1.0);
+  const Eigen::MatrixXd fine = x.bottomRows(kFine);
+  RandomStream random = random_stream(5, "hyper");
+  int broken = 0, tuned_only = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    const Kernel truth{
+        SquaredExponential{2.0 * std::exp(0.5 * draw_normal(random)), {0.5 * std::exp(0.5 * draw_normal(random))}}};
+    Eigen::MatrixXd k = gram(truth, x, x);
+    k.diagonal().array() += 1e-9 * variance(truth);
+    Eigen::VectorXd z(kSamples + kFine);
+    for (double& value : z) value = draw_normal(random);
+    const Eigen::VectorXd f = k.llt().matrixL() * z;
+    std::vector<double> y;
+    for (int i = 0; i < kSamples; ++i) y.push_back(f[i] + 0.1 * draw_normal(random));
+    GaussianProcess prior = process_with(Kernel{SquaredExponential{2.0, {0.5}}}, 1e-2);
+    Posterior posterior = condition(prior, x.topRows(kSamples), y);
+    posterior = condition(maximize_evidence(prior, posterior, options, random).prior, posterior);
+    Eigen::ArrayXd error(kFine);
+    for (int i = 0; i < kFine; ++i) {
+      error[i] = std::abs(f[kSamples + i] - posterior.predict({&x(kSamples + i, 0), 1}).mean);
+    }
+    const std::vector<GaussianProcess> possible =
+        credible_priors(posterior.prior(), posterior, options, 0.5 * kRisk, random);
+    if ((error > uniform_bounds(posterior, possible, box, 0.5 * kRisk, fine)).any()) ++broken;
+    if ((error > uniform_bounds(posterior, {posterior.prior()}, box, kRisk, fine)).any()) ++tuned_only;
+  }
+  WARN(broken << " of " << kRuns << " leave the bound; " << tuned_only << " that of the tuned hyper-parameters alone");
+  CHECK(broken <= kRuns * kRisk);
+  CHECK(tuned_only > broken);
+}
+
+TEST_CASE("Draws of hyper-parameters have the posterior's mean, and follow the hyper-prior without data", "[gp]") {
+  EvidenceOptions options;
+  options.hyper_priors.output_scale = HyperPrior{3.0, 0.4};
+  options.hyper_priors.length_scale = HyperPrior{0.7, 0.2};
+  options.bounds.noise_variance = {1e-2, 1e-2};
+  const GaussianProcess prior = process_with(Kernel{SquaredExponential{1.0, {1.0}}}, 1e-2);
+  RandomStream random = random_stream(6, "draws");
+  // One sample far from everything says nothing of the length scale, and of the output scale no more than its size.
+  Posterior data(prior, 1);
+  const double x = 0.0;
+  data.extend({&x, 1}, 3.0);
+  double sum = 0.0, squares = 0.0;
+  const std::vector<GaussianProcess> draws = credible_priors(prior, data, options, 0.0, random);
+  REQUIRE(draws.size() == 100);
+  for (const GaussianProcess& draw : draws) {
+    const double z = std::log(std::get<SquaredExponential>(draw.kernel.form).length_scales[0] / 0.7) / 0.2;
+    sum += z;
+    squares += z * z;
+    CHECK(draw.noise_variance == 1e-2);
+  }
+  CHECK(std::abs(sum / 100.0) < 0.4);
+  CHECK(squares / 100.0 == Approx(1.0).margin(0.5));
+  CHECK(credible_priors(prior, data, options, 0.2, random).size() == 80);
+}
