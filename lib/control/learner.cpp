@@ -22,15 +22,15 @@ bool uncertain(const BeliefMarginals& belief, int column, double threshold) {
   return any;
 }
 
-std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& noise, int last,
-                            long step) {
+std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& tolerated,
+                            int last, long step) {
   const bool in_turn = learner.order == ProbeOrder::in_turn;
   const auto n = static_cast<int>(belief.drift_variance.size());
   const auto due = [&](int column) {
     if (column != Probe::kDrift) return uncertain(belief, column, learner.gain_threshold);
     bool any = false;
     for (int i = 0; i < n; ++i) {
-      any = any || belief.drift_variance[i] > std::max(learner.drift_threshold, in_turn ? noise[i] : 0.0);
+      any = any || belief.drift_variance[i] > std::max(learner.drift_threshold, tolerated[i]);
     }
     return any;
   };

@@ -38,6 +38,7 @@ struct Learner {
   int hold_periods = 3;
   GainNoise gain_noise = GainNoise::prior;
   ProbeOrder order = ProbeOrder::drift_first;
+  double error_share = 0.0;
   std::optional<DerivativeWindow> window;
   std::optional<Monitor> monitor;
 
@@ -57,6 +58,10 @@ struct Learner {
     field(
         "order", self.order,
         {.text = "probe a until it is certain, or a and each column of b in turn, a where a sample would be worth it"});
+    field("error_share", self.error_share,
+          {kNonNegative, "1/s",
+           "a is not probed either where its standard deviation is below so much of the tracking error r = e' + "
+           "sqrt(w1) e"});
     field("window", self.window,
           {.text = "derivatives from windows of samples, with their variance; null: from three"});
     field("monitor", self.monitor,
@@ -83,11 +88,10 @@ struct Probe {
 bool uncertain(const BeliefMarginals& belief, int column, double threshold);
 
 /// What the learner decides at a learning instant: the drift where it is uncertain, else the first uncertain column of
-/// b, else nothing. In turn: the
-/// first that is uncertain after the column `last`, and the drift's threshold is not below `noise`, the variance of one
-/// sample of each joint.
-std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& noise, int last,
-                            long step);
+/// b, else nothing; in turn the first that is uncertain after the column `last`. The drift's threshold is not below
+/// `tolerated`, a variance for each joint.
+std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& tolerated,
+                            int last, long step);
 
 /// The input that a probe holds: 0 for the drift, u_j e_j for column j.
 JointVector probing_input(const Learner& learner, const Probe& probe, int inputs);

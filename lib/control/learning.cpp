@@ -54,12 +54,12 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
   belief_.reserve(capacity_);
 }
 
-BeliefMarginals Learning::see(long k, const StateVector& seen) {
+BeliefMarginals Learning::see(long k, const StateVector& seen, const JointVector& error) {
   history_.add(seen);
   finish_probe(k);
   pass(k);
   believed_ = belief_.predict(seen);
-  start_probe(believed_, k);
+  start_probe(error, k);
   return believed_;
 }
 
@@ -167,10 +167,10 @@ void Learning::pass(long k) {
   learn({{}, measured.sample}, k);
 }
 
-void Learning::start_probe(const BeliefMarginals& believed, long k) {
+void Learning::start_probe(const JointVector& error, long k) {
   if (k < next_instant_) return;
   if (!probe_ && k < setup_.calls) {
-    probe_ = decide(setup_.learner, believed, sample_noise(believed), last_probed_, k);
+    probe_ = decide(setup_.learner, believed_, tolerated(believed_, error), last_probed_, k);
     if (probe_) last_probed_ = probe_->column;
     probe_wait_ = waiting();
     // The inputs of several joints must not jump together: before one is probed all are 0 for a while.
@@ -224,6 +224,14 @@ JointVector Learning::sample_noise(const BeliefMarginals& believed) const {
     if (passes && in_passing <= believed.drift_variance[i]) noise[i] = kInfinity;
   }
   return noise;
+}
+
+/// Variance of each joint's drift that is no reason for a probe.
+JointVector Learning::tolerated(const BeliefMarginals& believed, const JointVector& error) const {
+  JointVector variance = JointVector::Zero(belief_.joints());
+  if (setup_.learner.order == ProbeOrder::in_turn) variance = sample_noise(believed);
+  const double share = setup_.learner.error_share;
+  return share > 0.0 ? JointVector(variance.cwiseMax((share * error).cwiseAbs2())) : variance;
 }
 
 Derivative Learning::three_samples(long first) const {

@@ -38,8 +38,9 @@ class Learning {
  public:
   Learning(LearningSetup setup, Belief belief, RandomStream random);
 
-  /// Control call k sees `seen`: learns from what is complete, and returns what is believed there.
-  BeliefMarginals see(long k, const StateVector& seen);
+  /// Control call k sees `seen`: learns from what is complete, and returns what is believed there. `error` is the
+  /// tracking error r of each joint, of a learner with an error_share.
+  BeliefMarginals see(long k, const StateVector& seen, const JointVector& error = {});
 
   /// The running probe, if any, and its input at the last call.
   const std::optional<Probe>& probe() const { return probe_; }
@@ -69,7 +70,7 @@ class Learning {
   double inaccuracy(const Derivative& sample) const;
   bool vague(const BeliefMarginals& believed) const;
   void pass(long k);
-  void start_probe(const BeliefMarginals& seen, long k);
+  void start_probe(const JointVector& error, long k);
   Derivative three_samples(long first) const;
   Measured window(long first, int samples) const;
   void add_jump(Derivative& sample, long k) const;
@@ -79,6 +80,7 @@ class Learning {
   long waiting() const;
   long before(const Probe& probe) const;
   JointVector sample_noise(const BeliefMarginals& believed) const;
+  JointVector tolerated(const BeliefMarginals& believed, const JointVector& error) const;
   const WindowFit& fit_of(int samples) const { return fits_[static_cast<std::size_t>(samples - fits_[0].samples())]; }
   bool complete() const;
 

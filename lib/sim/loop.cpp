@@ -198,7 +198,10 @@ class Loop {
   void decide(LoopStep& step, const StateVector& seen, long k) {
     const double time = step.time;
     if constexpr (kLearns) {
-      step.belief = learning_->see(k, seen);
+      const InnerLaw& law = setup_.inner_law;
+      const JointVector error = step.reference.velocity - seen.tail(kJoints) +
+                                std::sqrt(law.position_weight) * (step.reference.position - seen.head(kJoints));
+      step.belief = learning_->see(k, seen, error);
       if (const auto& probe = learning_->probe()) {
         step.mode = probe->column;
         step.input = learning_->input();

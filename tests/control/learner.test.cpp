@@ -189,6 +189,13 @@ TEST_CASE("A gain that is not positive has no logarithm: it is refused, counted,
   CHECK(belief.gain(0, 1).targets().back() == -0.4);
 }
 
+TEST_CASE("What is tolerated of each joint's drift is no reason for a probe", "[control]") {
+  BeliefMarginals belief = certain();
+  belief.drift_variance = Eigen::Vector2d(0.15, 0.4);
+  CHECK(decide(example_learner(), belief, Eigen::Vector2d(0.2, 0.3), -1, 0)->column == Probe::kDrift);
+  CHECK_FALSE(decide(example_learner(), belief, Eigen::Vector2d(0.2, 0.5), -1, 0).has_value());
+}
+
 TEST_CASE("In turn, a and the columns of b are probed one after the other, a only where a sample would halve it",
           "[control]") {
   Learner learner = example_learner();

@@ -131,3 +131,24 @@ TEST_CASE("The latency of calls is told where it is asked for", "[experiment]") 
     CHECK(metric(outcome, controller, "latency_99") >= metric(outcome, controller, "latency_median"));
   }
 }
+
+TEST_CASE("On a published system a drift is learned from fewer points where the error says when", "[experiment]") {
+  const auto run = [](const char* share) {
+    Node spec = read_yaml(config("event_triggered.yaml"));
+    set_path(spec, std::string("learner.error_share=") + share);
+    return run_one(read<Study>(spec));
+  };
+  const auto late = [](const StudyOutcome& outcome) {
+    double largest = 0.0;
+    for (const LoopStep& step : outcome.find("SP1")->result.steps) {
+      if (step.time > 20.0) largest = std::max(largest, std::abs(step.position[0] - step.reference.position[0]));
+    }
+    return largest;
+  };
+  const StudyOutcome by_error = run("0.143"), always = run("0");
+  CHECK(metric(by_error, "SP1", "drift_points") <= 40.0);
+  CHECK(metric(by_error, "SP1", "drift_points") < metric(always, "SP1", "drift_points"));
+  CHECK(metric(by_error, "SP1", "squared_error") < metric(always, "SP1", "squared_error"));
+  CHECK(metric(by_error, "SP1", "squared_error") < 1.01 * metric(by_error, "oracle", "squared_error"));
+  CHECK(late(by_error) < 2e-3);
+}
