@@ -90,7 +90,9 @@ Eigen::ArrayXd uniform_bounds(const Posterior& posterior, const std::vector<Gaus
   predict(posterior, mean, sd);
   Eigen::ArrayXd bounds = Eigen::ArrayXd::Zero(queries.rows());
   for (const GaussianProcess& prior : possible) {
-    predict(posterior.over_budget() ? posterior : condition(prior, posterior), other, sd);
+    const bool own =
+        prior.kernel == posterior.prior().kernel && prior.noise_variance == posterior.prior().noise_variance;
+    predict(own ? posterior : condition(prior, posterior), other, sd);
     const UniformBound bound = uniform_bound(prior.kernel, box, risk, sd.mean());
     bounds = bounds.max((other - mean).abs() + bound.factor * sd + bound.slack);
   }

@@ -243,14 +243,16 @@ std::vector<GaussianProcess> credible_priors(const GaussianProcess& prior, const
     }
     if (step <= 0) {
       length *= std::exp(kAdaptation * ((taken ? 1.0 : 0.0) - kAccepted));
-    } else if (step % kThinning == 0) {
+    } else if (step % kThinning == 0 && std::isfinite(value)) {
       place(free, x);
       draws.emplace_back(value, candidate);
     }
   }
   std::stable_sort(draws.begin(), draws.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (draws.empty()) return {prior};
   std::vector<GaussianProcess> densest;
-  for (int i = 0; i < std::ceil((1.0 - risk) * kDraws); ++i) densest.push_back(draws[i].second);
+  const double count = std::ceil((1.0 - risk) * static_cast<double>(draws.size()));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) densest.push_back(draws[i].second);
   return densest;
 }
 
