@@ -1,7 +1,10 @@
 #include "control/belief.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "base/error.hpp"
 
 namespace bayesctrl {
 
@@ -65,34 +68,150 @@ Belief::Belief(const BeliefPrior& prior, int joints) {
   }
 }
 
-int Belief::drift_points() const { return drift_.empty() ? 0 : drift_.front().absorbed(); }
+namespace {
+
+std::span<const double> span_of(const auto& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
+
+using WeightedInput = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * kMaxJoints + kMostTerms, 1>;
+static_assert(kMaxJoints + 1 <= kMostTerms && 2 * kMaxJoints + kMostTerms <= kMostInputs);
+
+WeightedInput with_weights(const StateVector& x, const TermVector& weights) {
+  WeightedInput input(x.size() + weights.size());
+  input << x, weights;
+  return input;
+}
+
+void require_within_budget(const Posterior& process) {
+  if (process.over_budget()) {
+    throw NumericalError(
+        "the data it starts with are over budget: what was absorbed holds under its own priors only, by a learner of "
+        "the same kind (keep_hyper_parameters: true, and a monitor in both or in neither)");
+  }
+}
+
+}  // namespace
+
+void Belief::join() {
+  const int n = joints();
+  std::vector<Posterior> motion;
+  for (int i = 0; i < n; ++i) {
+    std::vector<GaussianProcess> priors{drift(i).prior()};
+    for (int j = 0; j < n; ++j) priors.push_back(gain(i, j).prior());
+    motion.emplace_back(weighted_sum(std::move(priors)), 3 * n + 1);
+    const auto take = [&](const Posterior& process, int term) {
+      require_within_budget(process);
+      const Eigen::MatrixXd points = process.inputs().points();
+      for (int k = 0; k < process.size(); ++k) {
+        const auto slot = static_cast<std::size_t>(k);
+        motion.back().extend(span_of(with_weights(points.row(k).transpose(), TermVector::Unit(n + 1, term))),
+                             process.targets()[slot], process.noise_variances()[slot]);
+      }
+      told_.push_back(process.size());
+    };
+    take(drift(i), 0);
+    for (int j = 0; j < n; ++j) take(gain(i, j), j + 1);
+  }
+  motion_ = std::move(motion);
+  drift_.clear();
+  gain_.clear();
+}
+
+void Belief::learn(int i, const StateVector& x, const TermVector& weights, double y, double noise_variance) {
+  motion(i).extend(span_of(with_weights(x, weights)), y, noise_variance);
+  const auto first = static_cast<std::size_t>(i * (joints() + 1));
+  for (Eigen::Index c = 0; c < weights.size(); ++c) {
+    if (weights[c] != 0.0) ++told_[first + static_cast<std::size_t>(c)];
+  }
+}
+
+Marginal Belief::predict(int i, const StateVector& x, const TermVector& weights) const {
+  return motion(i).predict(span_of(with_weights(x, weights)));
+}
+
+const GaussianProcess& Belief::drift_prior(int i) const {
+  return together() ? term_of(motion(i).prior(), 0) : drift(i).prior();
+}
+
+const GaussianProcess& Belief::gain_prior(int i, int j) const {
+  return together() ? term_of(motion(i).prior(), j + 1) : gain(i, j).prior();
+}
+
+int Belief::points(int i, int column) const {
+  if (together()) return told_[static_cast<std::size_t>(i * (joints() + 1) + column + 1)];
+  return column < 0 ? drift(i).absorbed() : gain(i, column).absorbed();
+}
+
+int Belief::drift_points() const { return joints() == 0 ? 0 : points(0, -1); }
 
 int Belief::gain_points() const {
-  int points = 0;
-  for (int j = 0; j < joints(); ++j) points += gain(j, j).absorbed();
-  return points;
+  int sum = 0;
+  for (int j = 0; j < joints(); ++j) sum += points(j, j);
+  return sum;
+}
+
+Belief Belief::with_samples(const Belief& data) const {
+  Belief result = *this;
+  if (data.together() && !together()) result.join();
+  result.told_ = data.told_;
+  const auto under = [](Posterior& process, const Posterior& samples) {
+    require_within_budget(samples);
+    process = condition(process.prior(), samples);
+  };
+  for (int i = 0; i < joints(); ++i) {
+    if (data.together()) {
+      under(result.motion(i), data.motion(i));
+      continue;
+    }
+    under(result.drift(i), data.drift(i));
+    for (int j = 0; j < joints(); ++j) under(result.gain(i, j), data.gain(i, j));
+  }
+  return result;
 }
 
 void Belief::reserve(int more) {
-  for (Posterior& process : drift_) process.reserve(process.size() + more);
-  for (Posterior& process : gain_) process.reserve(process.size() + more);
+  for (auto* list : {&drift_, &gain_, &motion_}) {
+    for (Posterior& process : *list) process.reserve(process.size() + more);
+  }
+}
+
+Marginal BeliefMarginals::motion(int i, const JointVector& u) const {
+  if (u.isZero(0.0)) return {drift_mean[i], drift_variance[i]};  // also where a gain is believed to be without bound
+  const double mean = drift_mean[i] + gain_mean.row(i).dot(u);
+  const TermMatrix& joint = covariance[static_cast<std::size_t>(i)];
+  if (joint.size() == 0) return {mean, drift_variance[i] + gain_variance.row(i).dot(u.cwiseAbs2())};
+  TermVector weights(u.size() + 1);
+  weights << 1.0, u;
+  return {mean, std::max(weights.dot(joint * weights), 0.0)};
 }
 
 BeliefMarginals Belief::predict(const StateVector& x) const {
   const int n = joints();
-  const std::span<const double> input(x.data(), static_cast<std::size_t>(x.size()));
   BeliefMarginals result{JointVector(n),    JointVector(n), JointMatrix(n, n),
                          JointMatrix(n, n), JointVector(n), JointVector(n)};
   for (int i = 0; i < n; ++i) {
-    const Marginal drift = drift_[i].predict(input);
+    TermMatrix& covariance = result.covariance[static_cast<std::size_t>(i)];
+    TermMarginals terms;
+    if (together()) {
+      terms = motion(i).predict_terms(span_of(x));
+      covariance = terms.covariance;
+    }
+    const auto marginal = [&](const std::vector<Posterior>& apart, int slot, int c) {
+      return together() ? Marginal{terms.mean[c], terms.covariance(c, c)} : apart[slot].predict(span_of(x));
+    };
+    const Marginal drift = marginal(drift_, i, 0);
     result.drift_mean[i] = drift.mean;
     result.drift_variance[i] = drift.variance;
     for (int j = 0; j < n; ++j) {
-      Marginal value = gain(i, j).predict(input);
+      Marginal value = marginal(gain_, i * n + j, j + 1);
       if (i == j) {
         result.log_gain_mean[i] = value.mean;
         result.log_gain_variance[i] = value.variance;
         value = exponential_of(value);
+        if (together()) {
+          covariance.row(j + 1) *= value.mean;  // cov(a, e^l) = E e^l cov(a, l)
+          covariance.col(j + 1) *= value.mean;
+          covariance(j + 1, j + 1) = value.variance;
+        }
       }
       result.gain_mean(i, j) = value.mean;
       result.gain_variance(i, j) = value.variance;

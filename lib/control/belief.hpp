@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,9 +35,15 @@ struct BeliefMarginals {
   JointVector drift_mean, drift_variance;
   JointMatrix gain_mean, gain_variance;
   JointVector log_gain_mean, log_gain_variance;
+  std::array<TermMatrix, kMaxJoints> covariance{};  // of a_i, b_i1, ... of each joint; empty where they are independent
+
+  /// Of q_i'' = a_i + sum_j b_ij u_j.
+  Marginal motion(int i, const JointVector& u) const;
 };
 
-/// Posterior processes over a and b; inputs of all are x = [q, v].
+/// Posterior processes over a and b; inputs of all are x = [q, v]. They are apart, each with samples of its own, as in
+/// the paper, or together: one weighted sum of a_i, b_i1, ..., log b_ii, ... for each joint, which can be learned from
+/// q_i'' = a_i + sum_j b_ij u_j itself, and knows that what such samples say of a_i and b_ij has its errors in common.
 class Belief {
  public:
   Belief() = default;
@@ -44,7 +51,7 @@ class Belief {
   /// Throws std::invalid_argument with the prior's `problem(joints)`.
   Belief(const BeliefPrior& prior, int joints);
 
-  int joints() const { return static_cast<int>(drift_.size()); }
+  int joints() const { return static_cast<int>(together() ? motion_.size() : drift_.size()); }
   Posterior& drift(int i) { return drift_[i]; }
   const Posterior& drift(int i) const { return drift_[i]; }
 
@@ -52,9 +59,38 @@ class Belief {
   Posterior& gain(int i, int j) { return gain_[i * joints() + j]; }
   const Posterior& gain(int i, int j) const { return gain_[i * joints() + j]; }
 
+  /// From here on together. Throws NumericalError where a process is over its budget.
+  void join();
+  bool together() const { return !motion_.empty(); }
+  Posterior& motion(int i) { return motion_[i]; }
+  const Posterior& motion(int i) const { return motion_[i]; }
+
+  /// Together: a sample of joint i, sum_c weights_c f_c(x) + noise. Throws as `Posterior::extend` does.
+  void learn(int i, const StateVector& x, const TermVector& weights, double y, double noise_variance);
+
+  /// What weights.f is together, for joint i.
+  Marginal predict(int i, const StateVector& x, const TermVector& weights) const;
+
+  const GaussianProcess& drift_prior(int i) const;
+  const GaussianProcess& gain_prior(int i, int j) const;
+
+  /// Samples that tell of a_i (column -1) or of b_ij.
+  int points(int i, int column) const;
+
+  /// Calls f(i, column, process, its term) for each a_i and b_ij, column -1 for a_i.
+  void for_each(auto&& f) {
+    for (int i = 0; i < joints(); ++i) {
+      f(i, -1, together() ? motion(i) : drift(i), 0);
+      for (int j = 0; j < joints(); ++j) f(i, j, together() ? motion(i) : gain(i, j), together() ? j + 1 : 0);
+    }
+  }
+
   /// Data points of the drift, and of the gain (all columns together; rows of one column are learned at once).
   int drift_points() const;
   int gain_points() const;
+
+  /// The samples of `data` under the priors of this. Throws NumericalError for a process over its budget.
+  Belief with_samples(const Belief& data) const;
 
   /// Makes room for this many more samples in each process.
   void reserve(int more);
@@ -64,6 +100,8 @@ class Belief {
  private:
   std::vector<Posterior> drift_;
   std::vector<Posterior> gain_;
+  std::vector<Posterior> motion_;
+  std::vector<int> told_;  // together: samples with a weight for a term, joint after joint
 };
 
 }  // namespace bayesctrl

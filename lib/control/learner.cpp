@@ -67,15 +67,17 @@ namespace {
 
 std::span<const double> span_of(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
-/// What all inputs but `but` are believed to do to joint i.
-Marginal of_inputs(const BeliefMarginals& believed, int i, JointVector u, int but = Probe::kDrift) {
-  if (but != Probe::kDrift) u[but] = 0.0;
+/// What inputs are believed to do to joint i.
+Marginal of_inputs(const BeliefMarginals& believed, int i, const JointVector& u) {
   if (u.isZero(0.0)) return {};  // also where a gain is believed to be without bound
   return {believed.gain_mean.row(i).dot(u), believed.gain_variance.row(i).dot(u.cwiseAbs2())};
 }
 
-/// Extends a process by one sample, with a noise of its own where it has one; one that cannot be taken is skipped.
-void extend(Posterior& process, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
+/// Extends a process by one sample, with a noise of its own where it has one, and notes in slot i how surprising it
+/// was, (y - E y) / sd y; a sample that cannot be taken is skipped.
+void learn(Posterior& process, int i, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
+  const Marginal before = process.predict(span_of(x));
+  result.surprises[i] = (y - before.mean) / std::sqrt(before.variance + noise.value_or(process.prior().noise_variance));
   try {
     if (noise) {
       process.extend(span_of(x), y, *noise);
@@ -88,13 +90,6 @@ void extend(Posterior& process, const StateVector& x, double y, std::optional<do
   }
 }
 
-/// The same, and notes in slot i how surprising it was, (y - E y) / sd y.
-void learn(Posterior& process, int i, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
-  const Marginal before = process.predict(span_of(x));
-  result.surprises[i] = (y - before.mean) / std::sqrt(before.variance + noise.value_or(process.prior().noise_variance));
-  extend(process, x, y, noise, result);
-}
-
 }  // namespace
 
 double asked_gain_variance(const Learner& learner) { return kGainShare * learner.gain_threshold; }
@@ -102,23 +97,89 @@ double asked_gain_variance(const Learner& learner) { return kGainShare * learner
 GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample) {
   const int n = belief.joints(), j = probe.column;
   const double u = sample.variance ? sample.input[j] : probing_input(learner, probe, n)[j];
-  GainEstimate by_drift{JointVector(n), JointVector(n)};
+  GainEstimate by_drift{JointVector(n), JointVector(n), false};
   const BeliefMarginals believed = belief.predict(sample.x);
+  JointVector others = sample.input;
+  others[j] = 0.0;
   for (int i = 0; i < n; ++i) {
-    const Marginal others = of_inputs(believed, i, sample.input, j);
+    const Marginal rest = believed.motion(i, others);
     const double measured = sample.variance ? (*sample.variance)[i] : 0.0;
-    by_drift.value[i] = (sample.acceleration[i] - believed.drift_mean[i] - others.mean) / u;
-    by_drift.variance[i] =
-        (belief.drift(i).prior().noise_variance + believed.drift_variance[i] + measured + others.variance) / (u * u);
+    by_drift.value[i] = (sample.acceleration[i] - rest.mean) / u;
+    by_drift.variance[i] = (belief.drift_prior(i).noise_variance + rest.variance + measured) / (u * u);
   }
   if (!sample.gain) return by_drift;
   const double jump = (*sample.gain)[j], variance = (*sample.gain_variance)[j];
   const bool enough = jump > 0.0 && variance <= asked_gain_variance(learner) * jump * jump;
   const bool better = variance < by_drift.variance[j];
-  return enough || better ? GainEstimate{*sample.gain, *sample.gain_variance} : by_drift;
+  return enough || better ? GainEstimate{*sample.gain, *sample.gain_variance, true} : by_drift;
 }
 
+namespace {
+
+/// A sample of one joint's weighted sum.
+struct SumSample {
+  TermVector weights;
+  double target, noise;
+};
+
+/// q_i'' = a_i + sum_j b_ij u_j as one, e^l of l = log b_ii being linearised at `at`, or else where l is believed to
+/// be: its curvature there is part of the target and of the noise.
+SumSample linearised(const Belief& belief, const BeliefMarginals& believed, int i, const Derivative& sample,
+                     const JointVector& u, std::optional<double> at) {
+  SumSample result{TermVector(u.size() + 1), sample.acceleration[i], belief.drift_prior(i).noise_variance};
+  if (sample.variance) result.noise += (*sample.variance)[i];
+  result.weights << 1.0, u;
+  if (u[i] != 0.0) {
+    const double l = at.value_or(believed.log_gain_mean[i]), open = at ? 0.0 : believed.log_gain_variance[i];
+    const double slope = u[i] * std::exp(l);
+    result.weights[i + 1] = slope;
+    result.target -= slope * (1.0 - l + 0.5 * open);
+    result.noise += 0.5 * slope * slope * open * open;
+  }
+  for (int j = 0; j < u.size(); ++j) {
+    result.noise += std::pow(result.weights[j + 1], 2) * belief.gain_prior(i, j).noise_variance;
+  }
+  return result;
+}
+
+/// What a belief whose processes are together learns from the sample of a probe, or of none.
+Absorbed absorb_together(Belief& belief, const Learner& learner, const std::optional<Probe>& probe,
+                         const Derivative& sample) {
+  const int n = belief.joints(), column = probe ? probe->column : Probe::kDrift;
+  Absorbed result{0, 0, 0, JointVector::Zero(n)};
+  const BeliefMarginals believed = belief.predict(sample.x);
+  const JointVector u = sample.variance || !probe ? sample.input : probing_input(learner, *probe, n);
+  GainEstimate gain;
+  if (column != Probe::kDrift) {
+    gain = estimate_gain(belief, learner, *probe, sample);
+    if (!(gain.value[column] > 0.0) || !std::isfinite(gain.value[column])) return {1, 0, 0, JointVector()};
+  }
+  for (int i = 0; i < n; ++i) {
+    const std::optional<double> log_gain = i == column ? std::optional(std::log(gain.value[i])) : std::nullopt;
+    SumSample told = linearised(belief, believed, i, sample, u, log_gain);
+    if (gain.by_jump) {
+      const double scale = i == column ? 1.0 / (gain.value[i] * gain.value[i]) : 1.0;
+      told = {TermVector::Unit(n + 1, column + 1), log_gain.value_or(gain.value[i]),
+              gain.variance[i] * scale + belief.gain_prior(i, column).noise_variance};
+    }
+    const Marginal before = belief.predict(i, sample.x, told.weights);
+    result.surprises[i] = (told.target - before.mean) / std::sqrt(before.variance + told.noise);
+    const bool known = before.variance < std::min(learner.drift_threshold, told.noise);
+    if (!probe && known && std::abs(result.surprises[i]) < kNews) continue;
+    try {
+      belief.learn(i, sample.x, told.weights, told.target, told.noise);
+      ++result.taken;
+    } catch (const NumericalError&) {
+      ++result.skipped;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
 Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample) {
+  if (belief.together()) return absorb_together(belief, learner, probe, sample);
   const int n = belief.joints();
   Absorbed result{0, 0, 0, JointVector::Zero(n)};
   if (probe.column == Probe::kDrift) {
@@ -134,7 +195,7 @@ Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, cons
   }
 
   const int j = probe.column;
-  const auto [estimate, variance] = estimate_gain(belief, learner, probe, sample);
+  const auto [estimate, variance, by_jump] = estimate_gain(belief, learner, probe, sample);
   if (!(estimate[j] > 0.0) || !std::isfinite(estimate[j])) return {1, 0, 0, JointVector()};
   for (int i = 0; i < n; ++i) {
     Posterior& gain = belief.gain(i, j);
@@ -149,35 +210,7 @@ Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, cons
 }
 
 Absorbed absorb_in_passing(Belief& belief, const Learner& learner, const Derivative& sample) {
-  const int n = belief.joints();
-  Absorbed result{0, 0, 0, JointVector::Zero(n)};
-  const BeliefMarginals believed = belief.predict(sample.x);
-  const JointVector u = sample.input, u_squared = u.cwiseAbs2();
-  for (int i = 0; i < n; ++i) {
-    const double measured = belief.drift(i).prior().noise_variance + (sample.variance ? (*sample.variance)[i] : 0.0);
-    const Marginal inputs = of_inputs(believed, i, u);
-    const double rest = sample.acceleration[i] - believed.drift_mean[i] - inputs.mean;
-    const double open = believed.drift_variance[i] + inputs.variance;
-    // Twice that of the inputs: samples in passing have its error in common.
-    const double z = rest / std::sqrt(open + inputs.variance + measured);
-    result.surprises[i] = z;
-    if (open < std::min(learner.drift_threshold, measured) && std::abs(z) < kNews) continue;
-
-    int vague = 0;  // input of the least known gain
-    believed.gain_variance.row(i).transpose().cwiseProduct(u_squared).maxCoeff(&vague);
-    const double by_gain = believed.gain_variance(i, vague) * u_squared[vague];
-    const double estimate = believed.gain_mean(i, vague) + rest / u[vague];
-    if (by_gain <= believed.drift_variance[i] || (i == vague && !(estimate > 0.0))) {
-      const double noise = measured + open - believed.drift_variance[i];
-      extend(belief.drift(i), sample.x, believed.drift_mean[i] + rest, noise, result);
-      continue;
-    }
-    Posterior& gain = belief.gain(i, vague);
-    const double scale = i == vague ? 1.0 / (estimate * estimate) : 1.0;
-    const double noise = gain.prior().noise_variance + (measured + open - by_gain) / u_squared[vague] * scale;
-    extend(gain, sample.x, i == vague ? std::log(estimate) : estimate, noise, result);
-  }
-  return result;
+  return absorb_together(belief, learner, std::nullopt, sample);
 }
 
 }  // namespace bayesctrl

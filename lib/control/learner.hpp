@@ -65,7 +65,9 @@ struct Learner {
     field("window", self.window,
           {.text = "derivatives from windows of samples, with their variance; null: from three"});
     field("monitor", self.monitor,
-          {.text = "learn in passing too, and widen the prior where its errors are too large; null: only by probes"});
+          {.text =
+               "learn a and b together and in passing, and widen the prior where its errors are too large; null: only "
+               "by probes"});
   }
 
   std::string problem() const {
@@ -115,6 +117,7 @@ Derivative estimate_from_positions(const std::array<StateVector, 3>& x, double d
 /// The probed column of b, one value per joint.
 struct GainEstimate {
   JointVector value, variance;
+  bool by_jump = false;  // told by the jump of the input, without a
 };
 
 /// Eq. (5) and (6) of the paper, by what is believed of the drift. Where a jump of the input told b without it, that is
@@ -135,9 +138,8 @@ struct Absorbed {
 /// Absorbs the sample of one finished probe into the belief.
 Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, const Derivative& sample);
 
-/// Absorbs a sample that was taken without a probe, q'' = a(x) + sum_j b_j(x) u_j, where it is news. For each joint it
-/// teaches the one function of which least is known there: a, or b_ij times its input; what the others leave open is
-/// part of its noise. It is no news where q'' is known to within the drift's threshold, and better than it is measured,
+/// Absorbs a sample that was taken without a probe, q'' = a(x) + sum_j b_j(x) u_j, into a belief whose processes are
+/// together, where it is news: not where q'' is known to within the drift's threshold, and better than it is measured,
 /// and nothing surprises.
 Absorbed absorb_in_passing(Belief& belief, const Learner& learner, const Derivative& sample);
 

@@ -10,9 +10,8 @@ namespace bayesctrl {
 namespace {
 
 constexpr long kRest = 5;              // times the length of a probe, until the next
-constexpr int kTestedOf = 2;           // samples in passing, of which one is a test
 constexpr int kLeastTuned = 3;         // samples of a process that are tuned after an alarm
-constexpr int kTimedProbes = 8;        // of which the timing is estimated
+constexpr int kTimedProbes = 8;        // for each joint, of which the timing is estimated
 constexpr long kBeforeProbe = 6;       // calls before a probe that show its jump
 constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows that a new one is weighed against
 constexpr long kMostReserved = 4000;   // samples that there is room for from the start
@@ -34,16 +33,16 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
     const int shortest = setup_.positions_only ? 5 : 4;
     const int longest = std::max(shortest, static_cast<int>(std::min(500.0, std::round(window->longest / dt))) + 1);
     for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
-    timing_ = setup_.timing ? TimingEstimate(*setup_.timing)
-                            : TimingEstimate(window->longest_delay, dt, setup_.positions_only);
-    const Timing known = setup_.timing.value_or(Timing{});
-    const long late = std::lround(std::ceil(std::max(window->longest_delay, known.delay + known.lag) / dt));
+    timing_ = setup_.timings ? TimingEstimate(*setup_.timings)
+                             : TimingEstimate(n, window->longest_delay, dt, setup_.positions_only);
+    const long late = std::lround(std::ceil(std::max(window->longest_delay, timing_.latest().together()) / dt));
     capacity = 2L * longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
   }
   if (const auto& monitor = setup_.learner.monitor) {
     monitor_calls_ = std::max(1L, std::lround(monitor->period / dt));
     more += setup_.calls / monitor_calls_ + 1;
     test_.emplace(monitor->false_alarm_rate);
+    if (!belief_.together()) belief_.join();
     begun_ = belief_;
     record_.monitored = true;
   }
@@ -72,7 +71,7 @@ void Learning::finish() {
   if (setup_.tuning.when == TuneWhen::at_end) {
     count(tune(belief_, setup_.tuning, random_));
   }
-  if (!fits_.empty() && timing_.known()) record_.timing = timing_.best();
+  if (!fits_.empty() && timing_.known()) record_.timings = timing_.best();
 }
 
 void Learning::finish_probe(long k) {
@@ -117,7 +116,7 @@ void Learning::end_probe(long k) {
 
 /// Asks the running probe, once, how late its input acted.
 void Learning::time_probe(long k) {
-  if (probe_timed_ || timed_probes_ >= kTimedProbes) return;
+  if (probe_timed_ || timed_probes_ >= kTimedProbes * belief_.joints()) return;
   timing_.add(history_, before(*probe_), k);
   probe_timed_ = true;
   ++timed_probes_;
@@ -131,6 +130,9 @@ double Learning::inaccuracy(const Derivative& sample) const {
   return value > 0.0 ? variance / (asked_gain_variance(setup_.learner) * value * value) : kInfinity;
 }
 
+/// Whether q'' is learned in passing, and nothing probed: b is known well enough, and how late inputs act.
+bool Learning::passes(const BeliefMarginals& believed) const { return test_ && timing_.known() && !vague(believed); }
+
 /// Whether too little is known of b for learning in passing.
 bool Learning::vague(const BeliefMarginals& believed) const {
   if (!complete()) return true;
@@ -143,7 +145,7 @@ bool Learning::vague(const BeliefMarginals& believed) const {
 
 /// The first call that shows the motion before a probe's jump: while all inputs were 0 where there are several.
 long Learning::before(const Probe& probe) const {
-  const long late = timing_.known() ? std::lround(timing_.best().delay / setup_.control_period) : waiting();
+  const long late = timing_.known() ? std::lround(timing_.latest().delay / setup_.control_period) : waiting();
   if (probe_lead_ > 0) return probe.start + probe_wait_;
   const long as_long = std::max<long>(kBeforeProbe, window_samples() / 2);
   return std::max(probe.start - as_long, late);
@@ -151,16 +153,16 @@ long Learning::before(const Probe& probe) const {
 
 /// Whether every process has a sample.
 bool Learning::complete() const {
-  bool all = belief_.drift(0).size() > 0;
-  for (int j = 0; j < belief_.joints(); ++j) all = all && belief_.gain(j, j).size() > 0;
+  bool all = belief_.points(0, Probe::kDrift) > 0;
+  for (int j = 0; j < belief_.joints(); ++j) all = all && belief_.points(j, j) > 0;
   return all;
 }
 
 void Learning::pass(long k) {
-  if (!test_ || probe_ || k < next_passing_ || !timing_.known()) return;
+  if (probe_ || k < next_passing_ || !passes(believed_)) return;
   const int samples = window_samples();
   const long first = k - samples + 1;
-  if (first < used_ || vague(believed_)) return;
+  if (first < used_) return;
   next_passing_ = k + monitor_calls_;
   const Measured measured = window(first, samples);
   keep_noise(measured);
@@ -169,8 +171,8 @@ void Learning::pass(long k) {
 
 void Learning::start_probe(const JointVector& error, long k) {
   if (k < next_instant_) return;
-  if (!probe_ && k < setup_.calls) {
-    probe_ = decide(setup_.learner, believed_, tolerated(believed_, error), last_probed_, k);
+  if (!probe_ && k < setup_.calls && !passes(believed_)) {
+    probe_ = decide(setup_.learner, believed_, tolerated(error), last_probed_, k);
     if (probe_) last_probed_ = probe_->column;
     probe_wait_ = waiting();
     // The inputs of several joints must not jump together: before one is probed all are 0 for a while.
@@ -184,8 +186,11 @@ void Learning::start_probe(const JointVector& error, long k) {
 long Learning::waiting() const {
   if (fits_.empty()) return 0;
   const double longest = setup_.learner.window->longest_delay, dt = setup_.control_period;
-  const Timing& timing = timing_.best();
-  const double wait = timing_.known() ? timing.delay + 3.0 * timing.lag : longest;
+  double wait = longest;
+  if (timing_.known()) {
+    wait = 0.0;
+    for (const Timing& timing : timing_.best()) wait = std::max(wait, timing.delay + 3.0 * timing.lag);
+  }
   return static_cast<long>(std::ceil(wait / dt - 1e-9));
 }
 
@@ -212,26 +217,22 @@ void Learning::keep_noise(const Measured& measured) {
   noise_freedom_ += measured.freedom;
 }
 
-/// Variance that a sample of each joint's drift would have; infinite where what is learned in passing tells as much.
-JointVector Learning::sample_noise(const BeliefMarginals& believed) const {
-  const JointVector u = history_.input(history_.calls() - 2);  // the last that was held
-  const bool passes = test_ && timing_.known() && !vague(believed);
+/// Variance that a sample of each joint's drift would have.
+JointVector Learning::sample_noise() const {
   JointVector noise(belief_.joints());
   for (int i = 0; i < noise.size(); ++i) {
-    noise[i] = belief_.drift(i).prior().noise_variance;
+    noise[i] = belief_.drift_prior(i).noise_variance;
     if (!fits_.empty()) noise[i] += noise_[i] * fit_of(window_samples()).acceleration_variance();
-    const double in_passing = noise[i] + believed.gain_variance.row(i).dot(u.cwiseAbs2());
-    if (passes && in_passing <= believed.drift_variance[i]) noise[i] = kInfinity;
   }
   return noise;
 }
 
 /// Variance of each joint's drift that is no reason for a probe.
-JointVector Learning::tolerated(const BeliefMarginals& believed, const JointVector& error) const {
+JointVector Learning::tolerated(const JointVector& error) const {
   JointVector variance = JointVector::Zero(belief_.joints());
-  if (setup_.learner.order == ProbeOrder::in_turn) variance = sample_noise(believed);
+  if (setup_.learner.order == ProbeOrder::in_turn) variance = sample_noise();
   const double share = setup_.learner.error_share;
-  return share > 0.0 ? JointVector(variance.cwiseMax((share * error).cwiseAbs2())) : variance;
+  return share > 0.0 && error.size() > 0 ? JointVector(variance.cwiseMax((share * error).cwiseAbs2())) : variance;
 }
 
 Derivative Learning::three_samples(long first) const {
@@ -260,7 +261,7 @@ Learning::Measured Learning::window(long first, int samples) const {
   Derivative sample{StateVector(2 * n), JointVector(n), JointVector(n)};
   JointVector rest(n);
   for (int j = 0; j < n; ++j) {
-    InputMotion motion = motion_of_input(history_, j, first, samples, dt, timing_.best());
+    InputMotion motion = motion_of_input(history_, j, first, samples, dt, timing_.best()[static_cast<std::size_t>(j)]);
     sample.input[j] = motion.mean;
     for (int k = 0; k < samples; ++k) {
       motion.once[k] -= motion.mean * k * dt;
@@ -300,14 +301,6 @@ Absorbed Learning::absorb(const Sample& sample) {
                       : absorb_in_passing(belief_, setup_.learner, sample.measured);
 }
 
-/// Whether a sample's surprise counts. Samples in passing share what is not known of b, and neighbours what is not
-/// known of a: of them every second does; and once a has been learned so, probes of it are no test, since its variance
-/// does not know of the error in common.
-bool Learning::is_test(const Sample& sample) {
-  if (sample.probe) return sample.probe->column != Probe::kDrift || record_.passing_samples == 0;
-  return passed_++ % kTestedOf == 0;
-}
-
 void Learning::learn(const Sample& sample, long k) {
   const Absorbed absorbed = absorb(sample);
   used_ = k;
@@ -315,9 +308,8 @@ void Learning::learn(const Sample& sample, long k) {
   record_.refused_gain_estimates += absorbed.refused;
   record_.skipped_samples += absorbed.skipped;
   if (!sample.probe && absorbed.taken > 0) ++record_.passing_samples;
-  const bool tested = test_ && is_test(sample);
   bool alarm = false;
-  for (const double z : absorbed.surprises) alarm = (tested && (*test_)(z)) || alarm;
+  for (const double z : absorbed.surprises) alarm = (test_ && (*test_)(z)) || alarm;
   if (alarm) {
     record_.alarms.push_back(static_cast<double>(k) * setup_.control_period);
     widen();
@@ -326,26 +318,20 @@ void Learning::learn(const Sample& sample, long k) {
   }
 }
 
-/// Calls f(column, process, how it is tuned, its samples when it was last tuned) for each process of each joint.
-void Learning::for_each_process(auto&& f) {
-  auto tuned = tuned_size_.begin();
-  for (int i = 0; i < belief_.joints(); ++i) {
-    f(Probe::kDrift, belief_.drift(i), setup_.tuning.evidence, *tuned++);
-    for (int j = 0; j < belief_.joints(); ++j) f(j, belief_.gain(i, j), setup_.tuning.for_gain(), *tuned++);
-  }
-}
-
 /// Tunes the processes that the last sample may have extended: those of one column, or all.
 void Learning::tune_grown(std::optional<int> column) {
   const Tuning& tuning = setup_.tuning;
   bool tuned_any = false;
-  for_each_process([&](int j, Posterior& process, const EvidenceOptions& options, int& tuned) {
+  auto last = tuned_size_.begin();
+  belief_.for_each([&](int i, int j, Posterior& process, int term) {
+    int& tuned = *last++;
     if ((column && j != *column) || process.over_budget()) return;
-    const bool due = process.size() % tuning.every == 0 && process.size() >= tuning.growth * tuned;
-    if (process.size() < tuning.least_samples || !due || (!column && process.size() == tuned)) return;
-    tuned = process.size();
+    const int size = belief_.points(i, j);
+    const bool due = size % tuning.every == 0 && size >= tuning.growth * tuned;
+    if (size < tuning.least_samples || !due || (!column && size == tuned)) return;
+    tuned = size;
     tuned_any = true;
-    count(tune(process, options, random_));
+    count(tune(process, tuning.of(j), random_, term));
   });
   if (tuned_any && test_) replay();
 }
@@ -357,22 +343,20 @@ void Learning::count(const TuneResult& result) {
 
 /// After an alarm: hyper-parameters anew, and scales so wide that what was seen is no longer surprising.
 void Learning::widen() {
-  for_each_process([&](int /*column*/, Posterior& process, const EvidenceOptions& options, int& tuned) {
-    if (process.size() == 0) return;
-    tuned = process.size();
-    const bool enough = process.size() >= std::max(kLeastTuned, setup_.tuning.least_samples);
-    if (enough && !process.over_budget()) count(tune(process, options, random_));
-    bayesctrl::widen(process);
+  auto last = tuned_size_.begin();
+  belief_.for_each([&](int i, int j, Posterior& process, int term) {
+    const int size = *last++ = belief_.points(i, j);
+    const bool enough = size >= std::max(kLeastTuned, setup_.tuning.least_samples);
+    if (enough && !process.over_budget()) count(tune(process, setup_.tuning.of(j), random_, term));
   });
+  for (int i = 0; i < belief_.joints(); ++i) bayesctrl::widen(belief_.motion(i));
   replay();
 }
 
 /// Whether a process has absorbed samples that it cannot give back.
 bool Learning::over_budget() {
   bool any = false;
-  for_each_process([&](int /*column*/, const Posterior& process, const EvidenceOptions&, int) {
-    any = any || process.over_budget();
-  });
+  belief_.for_each([&](int, int, const Posterior& process, int) { any = any || process.over_budget(); });
   return any;
 }
 
@@ -385,19 +369,12 @@ void Learning::keep(const Sample& sample) {
   }
 }
 
-/// All samples of the run anew, under the hyper-parameters of now: what was learned in passing relied on what was
-/// believed then. Over budget what was learned stays.
+/// All samples of the run anew, under the hyper-parameters of now: they are linearised where log b is believed to be.
+/// Over budget what was learned stays.
 void Learning::replay() {
   if (over_budget()) return;
-  const int n = belief_.joints();
-  const auto again = [this](Posterior& process, const Posterior& begun) {
-    process = condition(process.prior(), begun);
-    process.reserve(process.size() + capacity_);
-  };
-  for (int i = 0; i < n; ++i) {
-    again(belief_.drift(i), begun_.drift(i));
-    for (int j = 0; j < n; ++j) again(belief_.gain(i, j), begun_.gain(i, j));
-  }
+  belief_ = belief_.with_samples(begun_);
+  belief_.reserve(capacity_);
   for (const Sample& sample : samples_) absorb(sample);
 }
 

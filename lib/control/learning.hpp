@@ -17,7 +17,7 @@ struct LearningSetup {
   double control_period = 0.01;  // s
   long calls = 0;                // of the controller; no probe begins at the last
   bool positions_only = false;
-  std::optional<Timing> timing{};  // known from an earlier run
+  std::optional<Timings> timings{};  // known from an earlier run
 };
 
 /// What happened while a run learned.
@@ -29,7 +29,7 @@ struct LearningRecord {
   int passing_samples = 0;         // taken without a probe
   bool monitored = false;          // there is a monitor
   std::vector<double> alarms;      // times at which it raised one (s)
-  std::optional<Timing> timing;    // how late inputs were found to act, once that was known
+  std::optional<Timings> timings;  // how late inputs were found to act, once that was known
 };
 
 /// The learning procedure over one run: watches the machine, decides what to probe, takes samples, tunes
@@ -68,6 +68,7 @@ class Learning {
   void end_probe(long k);
   void time_probe(long k);
   double inaccuracy(const Derivative& sample) const;
+  bool passes(const BeliefMarginals& believed) const;
   bool vague(const BeliefMarginals& believed) const;
   void pass(long k);
   void start_probe(const JointVector& error, long k);
@@ -79,8 +80,8 @@ class Learning {
   int window_samples() const;
   long waiting() const;
   long before(const Probe& probe) const;
-  JointVector sample_noise(const BeliefMarginals& believed) const;
-  JointVector tolerated(const BeliefMarginals& believed, const JointVector& error) const;
+  JointVector sample_noise() const;
+  JointVector tolerated(const JointVector& error) const;
   const WindowFit& fit_of(int samples) const { return fits_[static_cast<std::size_t>(samples - fits_[0].samples())]; }
   bool complete() const;
 
@@ -90,11 +91,9 @@ class Learning {
     Derivative measured;
   };
   Absorbed absorb(const Sample& sample);
-  bool is_test(const Sample& sample);
   bool over_budget();
   void keep(const Sample& sample);
   void learn(const Sample& sample, long k);
-  void for_each_process(auto&& f);
   void tune_grown(std::optional<int> column);
   void count(const TuneResult& result);
   void widen();
@@ -124,7 +123,6 @@ class Learning {
   int capacity_ = 0;             // samples that a process may gain
   std::vector<int> tuned_size_;  // samples of a process when it was last tuned
   std::optional<SurpriseTest> test_;
-  long passed_ = 0;  // samples in passing
   LearningRecord record_;
 };
 

@@ -1,16 +1,18 @@
 #include "control/tuning.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.hpp"
 
 namespace bayesctrl {
 
-TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random) {
+TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random, int term) {
   if (data.size() == 0) return {};
   if (data.over_budget()) return {0, 1};
   try {
-    const EvidenceSummary best = maximize_evidence(data.prior(), data, options, random);
+    const EvidenceSummary best = maximize_evidence(data.prior(), data, options, random, term);
     data = condition(best.prior, data);
     return {best.evaluations, 0};
   } catch (const NumericalError&) {
@@ -20,16 +22,12 @@ TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& r
 
 TuneResult tune(Belief& belief, const Tuning& tuning, RandomStream& random) {
   TuneResult result;
-  const auto add = [&](Posterior& process, const EvidenceOptions& options) {
-    if (process.size() < tuning.least_samples) return;
-    const TuneResult one = tune(process, options, random);
+  belief.for_each([&](int i, int column, Posterior& process, int term) {
+    if (belief.points(i, column) < tuning.least_samples) return;
+    const TuneResult one = tune(process, tuning.of(column), random, term);
     result.evaluations += one.evaluations;
     result.failed += one.failed;
-  };
-  for (int i = 0; i < belief.joints(); ++i) {
-    add(belief.drift(i), tuning.evidence);
-    for (int j = 0; j < belief.joints(); ++j) add(belief.gain(i, j), tuning.for_gain());
-  }
+  });
   return result;
 }
 
@@ -38,9 +36,14 @@ void widen(Posterior& data) {
   if (!(excess > 1.0)) return;
   try {
     if (data.over_budget()) return data.scale_output(std::sqrt(excess));
-    GaussianProcess prior = data.prior();
-    scale_output(prior.kernel, std::sqrt(excess));
-    data = condition(prior, data);
+    std::optional<Posterior> best;
+    for (int term = 0; term < std::max(1, static_cast<int>(data.prior().terms.size())); ++term) {
+      GaussianProcess prior = data.prior();
+      scale_output(term_of(prior, term), std::sqrt(excess));
+      Posterior wider = condition(prior, data);
+      if (!best || wider.log_marginal_likelihood() > best->log_marginal_likelihood()) best = std::move(wider);
+    }
+    data = *std::move(best);
   } catch (const NumericalError&) {
     return;  // as it was
   }

@@ -34,6 +34,9 @@ struct Tuning {
   }
 
   const EvidenceOptions& for_gain() const { return gain_evidence ? *gain_evidence : evidence; }
+
+  /// Of a (column -1) or of a column of b.
+  const EvidenceOptions& of(int column) const { return column < 0 ? evidence : for_gain(); }
   bool operator==(const Tuning&) const = default;
 };
 
@@ -43,14 +46,15 @@ struct TuneResult {
 };
 
 /// Maximises the evidence of one process under its data and conditions the optimum on them. `data` keeps its samples; a
-/// process over its budget stays as it is.
-TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random);
+/// process over its budget stays as it is. Of a weighted sum, one term.
+TuneResult tune(Posterior& data, const EvidenceOptions& options, RandomStream& random, int term = 0);
 
 /// Tunes every process of the belief that holds as many samples as it must.
 TuneResult tune(Belief& belief, const Tuning& tuning, RandomStream& random);
 
 /// Scales a prior whose data surprise it, whose mean of the squared standardised innovations is above 1, until that
-/// mean is 1 if all of it is the function's: a wider output scale.
+/// mean is 1 if all of it is the function's: a wider output scale. Of a weighted sum, the term's by which the samples
+/// become most likely; over budget all of them.
 void widen(Posterior& data);
 
 }  // namespace bayesctrl

@@ -112,7 +112,7 @@ Eigen::MatrixXd seen_motion(const History& history, long first, int samples, boo
 }  // namespace
 
 JumpFit fit_jump(const History& history, int input, long first, long last, double dt, bool positions_only,
-                 const Timing& timing, const JointMatrix& believed) {
+                 const Timings& timings, const JointMatrix& believed) {
   const int samples = static_cast<int>(last - first + 1), joints = history.joints();
   const int columns = positions_only ? 4 : 3;
   const JointVector none = JointVector::Zero(joints);
@@ -123,7 +123,7 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   richer.leftCols(columns + 1) = powers(times_around_middle(samples, dt), columns + 1);
   basis.leftCols(columns) = richer.leftCols(columns);
   for (int j = 0; j < joints; ++j) {
-    const InputMotion acting = motion_of_input(history, j, first, samples, dt, timing);
+    const InputMotion acting = motion_of_input(history, j, first, samples, dt, timings[static_cast<std::size_t>(j)]);
     const Eigen::VectorXd& shape = positions_only ? acting.twice : acting.once;
     if (j == input) {
       basis.col(columns) = shape;
@@ -148,52 +148,70 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   return fit;
 }
 
-TimingEstimate::TimingEstimate(double longest, double dt, bool positions_only)
-    : dt_(dt), positions_only_(positions_only), known_(false) {
+TimingEstimate::TimingEstimate(int inputs, double longest, double dt, bool positions_only)
+    : dt_(dt), positions_only_(positions_only), best_(static_cast<std::size_t>(inputs)) {
   // Whole pieces, and no more than so many: a probe asks each of them.
   const double h = dt / kPieces * std::max(1.0, std::ceil(longest / (dt / kPieces) / kMostDelays));
   const auto count = static_cast<int>(std::floor(longest / h + 0.5));
   for (int late = 0; late <= count; ++late) {
     for (int lag = 0; late + lag <= count; lag += 2) grid_.push_back({late * h, lag * h});
   }
-  for (const Timing& timing : grid_) log_likelihood_.push_back(-(timing.delay + timing.lag) / dt);  // late is unusual
-  known_ = grid_.size() <= 1;
+  OfInput begun{grid_.size() <= 1, 0, {}};
+  for (const Timing& timing : grid_) begun.log_likelihood.push_back(-timing.together() / dt);  // late is unusual
+  inputs_.assign(best_.size(), begun);
 }
 
 void TimingEstimate::add(const History& history, long first, long last) {
   const int samples = static_cast<int>(last - first + 1), joints = history.joints();
   const int columns = positions_only_ ? 4 : 3;
   if (samples < columns + joints + 2 || grid_.size() < 2) return;
-  const Eigen::MatrixXd drift = powers(times_around_middle(samples, dt_), columns);
-  bool changes = false;  // an input, without which nothing is told
-  for (long k = first - 1; k < last; ++k) changes = changes || history.input(k) != history.input(k + 1);
-  if (!changes) return;
+  std::vector<int> changing;  // inputs, without which nothing is told
+  for (int j = 0; j < joints; ++j) {
+    bool changes = false;
+    for (long k = first - 1; k < last; ++k) changes = changes || history.input(k)[j] != history.input(k + 1)[j];
+    if (changes) changing.push_back(j);
+  }
+  if (changing.size() != 1) return;
+  const auto input = static_cast<std::size_t>(changing.front());
+  OfInput& told = inputs_[input];
+  Timing& best = best_[input];
   const Eigen::MatrixXd motion = seen_motion(history, first, samples, positions_only_);
+  Eigen::MatrixXd basis(samples, columns + joints);
+  basis.leftCols(columns) = powers(times_around_middle(samples, dt_), columns);
+  const auto place = [&](int j, const Timing& timing) {
+    const InputMotion acting = motion_of_input(history, j, first, samples, dt_, timing);
+    basis.col(columns + j) = positions_only_ ? acting.twice : acting.once;
+  };
+  for (int j = 0; j < joints; ++j) place(j, best_[static_cast<std::size_t>(j)]);
   double highest = 0.0;
   for (std::size_t g = 0; g < grid_.size(); ++g) {
-    Eigen::MatrixXd basis(samples, columns + joints);
-    basis.leftCols(columns) = drift;
-    for (int j = 0; j < joints; ++j) {
-      const InputMotion acting = motion_of_input(history, j, first, samples, dt_, grid_[g]);
-      basis.col(columns + j) = positions_only_ ? acting.twice : acting.once;
-    }
+    place(changing.front(), grid_[g]);
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(basis);
     for (int i = 0; i < joints; ++i) {
       const double rest = (motion.col(i) - basis * solver.solve(motion.col(i))).squaredNorm();
-      log_likelihood_[g] -= 0.5 * samples * std::log(rest + kSmallestRest);
+      told.log_likelihood[g] -= 0.5 * samples * std::log(rest + kSmallestRest);
     }
-    if (g == 0 || log_likelihood_[g] > highest) {
-      highest = log_likelihood_[g];
-      best_ = grid_[g];
+    if (g == 0 || told.log_likelihood[g] > highest) {
+      highest = told.log_likelihood[g];
+      best = grid_[g];
     }
   }
   // Known as soon as what acts more than a period earlier or later is worse.
   double other = -kInfinity;
   for (std::size_t g = 0; g < grid_.size(); ++g) {
-    const double apart = std::abs(grid_[g].delay + grid_[g].lag - best_.delay - best_.lag);
-    if (apart > 1.1 * dt_) other = std::max(other, log_likelihood_[g]);
+    const double apart = std::abs(grid_[g].together() - best.together());
+    if (apart > 1.1 * dt_) other = std::max(other, told.log_likelihood[g]);
   }
-  known_ = ++probes_ >= kEnoughProbes || highest - other > kTold;
+  told.known = ++told.probes >= kEnoughProbes || highest - other > kTold;
+}
+
+Timing TimingEstimate::latest() const {
+  const auto later = [](const Timing& a, const Timing& b) { return a.together() < b.together(); };
+  return best_.empty() ? Timing{} : *std::max_element(best_.begin(), best_.end(), later);
+}
+
+bool TimingEstimate::known() const {
+  return std::all_of(inputs_.begin(), inputs_.end(), [](const OfInput& input) { return input.known; });
 }
 
 }  // namespace bayesctrl

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "base/fields.hpp"
@@ -30,8 +31,12 @@ struct DerivativeWindow {
 struct Timing {
   double delay = 0.0;  // s
   double lag = 0.0;    // s
+  double together() const { return delay + lag; }
   bool operator==(const Timing&) const = default;
 };
+
+/// Of each input.
+using Timings = std::vector<Timing>;
 
 /// The last measured states and held inputs of a run, by the number of the control call.
 class History {
@@ -112,31 +117,39 @@ struct JumpFit {
 
 /// Of input j from call `first` to call `last`, the motion that the other inputs made taken away by `believed`.
 JumpFit fit_jump(const History& history, int input, long first, long last, double dt, bool positions_only,
-                 const Timing& timing, const JointMatrix& believed);
+                 const Timings& timings, const JointMatrix& believed);
 
-/// The delay and the lag that explain probes best: each probe's jump of the input changes the acceleration, and when it
-/// does is read from a grid of delays and lags, the likelihoods of all probes together.
+/// The delay and the lag of each input that explain probes best: a probe's jump of its input changes the acceleration,
+/// and when it does is read from a grid of delays and lags, the likelihoods of all probes of one input together.
 class TimingEstimate {
  public:
   TimingEstimate() = default;
-  explicit TimingEstimate(const Timing& timing) : best_(timing) {}  // which is known
-  TimingEstimate(double longest, double dt, bool positions_only);
+  explicit TimingEstimate(Timings timings) : best_(std::move(timings)) {}  // which are known
+  TimingEstimate(int inputs, double longest, double dt, bool positions_only);
 
-  /// Takes the calls from `first` to `last`.
+  /// Takes the calls from `first` to `last`, if one input alone changes then.
   void add(const History& history, long first, long last);
 
-  const Timing& best() const { return best_; }
+  const Timings& best() const { return best_; }
 
-  /// Whether the probes have told delays apart.
-  bool known() const { return known_; }
+  /// The latest of them.
+  Timing latest() const;
+
+  /// Whether the probes have told the delays of every input apart.
+  bool known() const;
 
  private:
+  struct OfInput {
+    bool known = false;
+    int probes = 0;
+    std::vector<double> log_likelihood;  // over the grid
+  };
+
   double dt_ = 0.01;
-  bool positions_only_ = false, known_ = true;
-  int probes_ = 0;
+  bool positions_only_ = false;
   std::vector<Timing> grid_;
-  std::vector<double> log_likelihood_;
-  Timing best_;
+  std::vector<OfInput> inputs_;  // none where they are known
+  Timings best_;
 };
 
 }  // namespace bayesctrl

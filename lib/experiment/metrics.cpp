@@ -53,8 +53,8 @@ double first_alarm(const LoopResult& result) {
 double if_any(int count) { return count > 0 ? count : kNotApplicable; }
 
 double estimated_delay(const LoopResult& result) {
-  const auto& timing = result.learning.timing;
-  return timing ? timing->delay + timing->lag : kNotApplicable;
+  const auto& timings = result.learning.timings;
+  return timings ? TimingEstimate(*timings).latest().together() : kNotApplicable;
 }
 
 /// Microseconds of a control call that a share of them does not exceed.
@@ -98,9 +98,10 @@ constexpr std::array kMetrics{
            }},
     Metric{"skipped_samples", "", "samples that a process could not take, such as a repetition without noise", true,
            [](const Study&, const Outcome& o) { return if_any(o.result.learning.skipped_samples); }},
-    Metric{"failed_tunings", "",
-           "tunings without a finite marginal likelihood, or of a process over its budget: nothing was changed", true,
-           [](const Study&, const Outcome& o) { return if_any(o.result.learning.failed_tunings); }},
+    Metric{
+        "failed_tunings", "",
+        "tunings without a finite marginal likelihood, or at the end of a process over its budget: nothing was changed",
+        true, [](const Study&, const Outcome& o) { return if_any(o.result.learning.failed_tunings); }},
     Metric{
         "passing_points", "", "of the new points, taken without a probe", true,
         [](const Study&, const Outcome& o) { return watched(o) ? o.result.learning.passing_samples : kNotApplicable; }},
@@ -110,7 +111,8 @@ constexpr std::array kMetrics{
            }},
     Metric{"first_alarm", "s", "time of the first of them", false,
            [](const Study&, const Outcome& o) { return first_alarm(o.result); }},
-    Metric{"delay", "s", "found between an input and what is seen of it, delay and lag together", false,
+    Metric{"delay", "s",
+           "found between an input and what is seen of it, delay and lag together; of several inputs the latest", false,
            [](const Study&, const Outcome& o) { return estimated_delay(o.result); }},
     Metric{"settling_time", "s", "from when on the position stays within 5 % of its way, or 0.05, of the reference",
            false, [](const Study&, const Outcome& o) { return settling_time(o.result); }},

@@ -21,24 +21,6 @@ StateVector to_state(const InitialState& initial) {
   return x;
 }
 
-/// The data of `trained` under the priors of `fresh`. Throws NumericalError for a process over its budget.
-Belief with_data(const Belief& fresh, const Belief& trained) {
-  Belief belief = fresh;
-  const auto under = [](const Posterior& prior, const Posterior& data) {
-    if (data.over_budget()) {
-      throw NumericalError(
-          "the data it starts with are over budget: what was absorbed holds under its own priors only "
-          "(keep_hyper_parameters: true)");
-    }
-    return condition(prior.prior(), data);
-  };
-  for (int i = 0; i < belief.joints(); ++i) {
-    belief.drift(i) = under(fresh.drift(i), trained.drift(i));
-    for (int j = 0; j < belief.joints(); ++j) belief.gain(i, j) = under(fresh.gain(i, j), trained.gain(i, j));
-  }
-  return belief;
-}
-
 LoopSetup to_setup(const Study& study, const Controller& controller) {
   LoopSetup setup;
   setup.plant = study.model.plant;
@@ -80,8 +62,8 @@ Outcome run_controller(const StudyOutcome& so_far, const std::string& name, cons
         return failure(name, "'" + teacher.controller + "', whose data it starts with, failed");
       }
       setup.belief =
-          adaptive->keep_hyper_parameters ? teacher.result.belief : with_data(setup.belief, teacher.result.belief);
-      setup.timing = teacher.result.learning.timing;
+          adaptive->keep_hyper_parameters ? teacher.result.belief : setup.belief.with_samples(teacher.result.belief);
+      setup.timings = teacher.result.learning.timings;
     }
     Outcome outcome{name, {}, setup.belief.drift_points(), setup.belief.gain_points()};
     outcome.result = run_loop(setup, random_stream(study.seed, name));

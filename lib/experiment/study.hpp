@@ -45,8 +45,9 @@ struct PosteriorGrid {
            "add bounds on |a - E a| and |log b - E log b| that hold all over the grid's box with this probability"});
   }
   std::string problem() const {
-    return position.size() == 2 && velocity.size() == 2 ? ""
-                                                        : "position and velocity need two values, lowest and highest";
+    if (position.size() != 2 || velocity.size() != 2)
+      return "position and velocity need two values, lowest and highest";
+    return confidence && points == 0 ? "a confidence needs points: posterior.csv has the bounds" : "";
   }
   bool operator==(const PosteriorGrid&) const = default;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/format.hpp"
 #include "experiment/metrics.hpp"
@@ -117,18 +118,25 @@ Table data_table(const Belief& belief) {
   std::vector<Cell> process;
   std::vector<std::vector<double>> inputs(static_cast<std::size_t>(2 * n));
   std::vector<double> targets, noise;
+  std::vector<std::vector<double>> weights(static_cast<std::size_t>(n + 1));
   const auto take = [&](const std::string& name, const Posterior& posterior) {
     for (int k = 0; k < posterior.size(); ++k) {
       process.emplace_back(name);
-      for (Eigen::Index d = 0; d < 2 * n; ++d)
-        inputs[static_cast<std::size_t>(d)].push_back(posterior.inputs().points()(k, d));
+      const Eigen::VectorXd x = posterior.inputs().points().row(k);
+      for (Eigen::Index d = 0; d < x.size(); ++d) {
+        (d < 2 * n ? inputs[static_cast<std::size_t>(d)] : weights[static_cast<std::size_t>(d - 2 * n)])
+            .push_back(x[d]);
+      }
     }
     targets.insert(targets.end(), posterior.targets().begin(), posterior.targets().end());
     noise.insert(noise.end(), posterior.noise_variances().begin(), posterior.noise_variances().end());
   };
-  for (int i = 0; i < n; ++i) take(numbered("a", i, n), belief.drift(i));
+  const auto gain_name = [n](Eigen::Index i, Eigen::Index j) { return numbered(i == j ? "log_b" : "b", i, j, n); };
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) take(numbered(i == j ? "log_b" : "b", i, j, n), belief.gain(i, j));
+    belief.together() ? take(numbered("motion", i, n), belief.motion(i)) : take(numbered("a", i, n), belief.drift(i));
+  }
+  for (int i = 0; i < n && !belief.together(); ++i) {
+    for (int j = 0; j < n; ++j) take(gain_name(i, j), belief.gain(i, j));
   }
   Table table;
   table.columns.push_back({"process", "", std::move(process)});
@@ -140,18 +148,31 @@ Table data_table(const Belief& belief) {
   }
   table.columns.push_back({"target", "", std::move(targets)});
   table.columns.push_back({"noise_variance", "", std::move(noise)});
+  for (Eigen::Index c = 0; c <= n && belief.together(); ++c) {  // of a_i, then of each column of b or its logarithm
+    table.columns.push_back(
+        {c == 0 ? "weight_a" : numbered("weight_b", c - 1, n), "", std::move(weights[static_cast<std::size_t>(c)])});
+  }
   return table;
 }
 
 namespace {
 
-const Tuning& tuning_of(const Study& study, const std::string& controller) {
+const Adaptive* adaptive_of(const Study& study, const std::string& controller) {
   const Controller* found = study.controllers.find(controller);
-  const auto* adaptive = found != nullptr ? std::get_if<Adaptive>(found) : nullptr;
-  return adaptive != nullptr && adaptive->tuning ? *adaptive->tuning : study.tuning;
+  return found != nullptr ? std::get_if<Adaptive>(found) : nullptr;
 }
 
-/// Bounds on a_i and log b_ii over the box of the grid of one joint that together hold with the confidence asked for.
+/// Whether the hyper-parameters are those of the spec, and not found from data.
+bool as_specified(const Study& study, const Adaptive* adaptive, const GaussianProcess& used, int i, int column) {
+  const std::optional<BeliefPrior>& prior = adaptive != nullptr && adaptive->belief ? adaptive->belief : study.belief;
+  if (!prior) return false;
+  const Belief fresh(*prior, joints(study.model.plant));
+  const GaussianProcess& given = column < 0 ? fresh.drift_prior(i) : fresh.gain_prior(i, column);
+  return given.kernel == used.kernel && given.noise_variance == used.noise_variance;
+}
+
+/// Bounds on a_i and log b_ii over the box of the grid of one joint that together hold with the confidence asked for;
+/// NaN where hyper-parameters were tuned and their process is over its budget.
 struct GridBounds {
   Eigen::ArrayXd drift, log_gain;
 };
@@ -169,18 +190,28 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
   box[static_cast<std::size_t>(joint)] = side(grid.position);
   box[static_cast<std::size_t>(n + joint)] = side(grid.velocity);
   const double risk = (1.0 - *grid.confidence) / (2 * n);
-  const Tuning& tuning = tuning_of(study, controller);
-  const bool known = tuning.when == TuneWhen::never;
-  const auto bounds = [&](const Posterior& process, const EvidenceOptions& options, const std::string& name) {
-    std::vector<GaussianProcess> possible{process.prior()};
-    if (!known && !process.over_budget() && process.size() > 0) {
-      RandomStream random = random_stream(study.seed, controller + " " + numbered(name, joint, n));
-      possible = credible_priors(process.prior(), process, options, 0.5 * risk, random);
+  const Adaptive* adaptive = adaptive_of(study, controller);
+  const Tuning& tuning = adaptive != nullptr && adaptive->tuning ? *adaptive->tuning : study.tuning;
+  const auto bounds = [&](const Posterior& process, int column, const std::string& name) {
+    const int term = belief.together() ? column + 1 : 0;
+    const bool known =
+        tuning.when == TuneWhen::never && as_specified(study, adaptive, term_of(process.prior(), term), joint, column);
+    if (!known && process.over_budget()) {
+      return Eigen::ArrayXd(Eigen::ArrayXd::Constant(states.rows(), std::numeric_limits<double>::quiet_NaN()));
     }
-    return uniform_bounds(process, possible, box, known ? risk : 0.5 * risk, states);
+    std::vector<GaussianProcess> possible{process.prior()};
+    if (!known && process.size() > 0) {
+      RandomStream random = random_stream(study.seed, controller + " " + numbered(name, joint, n));
+      for (GaussianProcess& draw :
+           credible_priors(process.prior(), process, tuning.of(column), 0.5 * risk, random, term)) {
+        possible.push_back(std::move(draw));
+      }
+    }
+    return uniform_bounds(process, possible, box, known ? risk : 0.5 * risk, states, term);
   };
-  return {bounds(belief.drift(joint), tuning.evidence, "a"),
-          bounds(belief.gain(joint, joint), tuning.for_gain(), "log_b")};
+  const bool together = belief.together();
+  return {bounds(together ? belief.motion(joint) : belief.drift(joint), -1, "a"),
+          bounds(together ? belief.motion(joint) : belief.gain(joint, joint), joint, "log_b")};
 }
 
 }  // namespace

@@ -77,11 +77,11 @@ UniformBound uniform_bound(const Kernel& kernel, const Box& box, double risk, do
 }
 
 Eigen::ArrayXd uniform_bounds(const Posterior& posterior, const std::vector<GaussianProcess>& possible, const Box& box,
-                              double risk, const Eigen::MatrixXd& queries) {
+                              double risk, const Eigen::MatrixXd& queries, int term) {
   const auto predict = [&](const Posterior& by, Eigen::ArrayXd& mean, Eigen::ArrayXd& sd) {
     for (Eigen::Index q = 0; q < queries.rows(); ++q) {
       const Eigen::VectorXd x = queries.row(q);
-      const Marginal value = by.predict({x.data(), static_cast<std::size_t>(x.size())});
+      const Marginal value = term_at(by, {x.data(), static_cast<std::size_t>(x.size())}, term);
       mean[q] = value.mean;
       sd[q] = std::sqrt(value.variance);
     }
@@ -90,10 +90,10 @@ Eigen::ArrayXd uniform_bounds(const Posterior& posterior, const std::vector<Gaus
   predict(posterior, mean, sd);
   Eigen::ArrayXd bounds = Eigen::ArrayXd::Zero(queries.rows());
   for (const GaussianProcess& prior : possible) {
-    const bool own =
-        prior.kernel == posterior.prior().kernel && prior.noise_variance == posterior.prior().noise_variance;
+    const GaussianProcess &f = term_of(prior, term), &used = term_of(posterior.prior(), term);
+    const bool own = f.kernel == used.kernel && f.noise_variance == used.noise_variance;
     predict(own ? posterior : condition(prior, posterior), other, sd);
-    const UniformBound bound = uniform_bound(prior.kernel, box, risk, sd.mean());
+    const UniformBound bound = uniform_bound(f.kernel, box, risk, sd.mean());
     bounds = bounds.max((other - mean).abs() + bound.factor * sd + bound.slack);
   }
   return bounds;

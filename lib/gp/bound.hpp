@@ -27,9 +27,10 @@ struct UniformBound {
 UniformBound uniform_bound(const Kernel& kernel, const Box& box, double risk, double typical_sd);
 
 /// Bounds on |f - E f| at the rows of `queries`, E f by `posterior`, that hold with probability 1 - `risk` at least all
-/// over the box if f is a draw from one of the `possible` priors: the largest under any of them, of what its own mean
-/// differs and its own uniform bound. As many numbers as `queries` has rows.
+/// over the box (of the inputs, without weights) if f is a draw from one of the `possible` priors: the largest under
+/// any of them, of what its own mean differs and its own uniform bound. As many numbers as `queries` has rows. Of a
+/// weighted sum f is one of its terms.
 Eigen::ArrayXd uniform_bounds(const Posterior& posterior, const std::vector<GaussianProcess>& possible, const Box& box,
-                              double risk, const Eigen::MatrixXd& queries);
+                              double risk, const Eigen::MatrixXd& queries, int term = 0);
 
 }  // namespace bayesctrl

@@ -16,13 +16,18 @@ struct Evidence {
   Eigen::VectorXd gradient;
 };
 
-/// Names of what the evidence depends on: the kernel's hyper-parameters as "kernel.<path>", then "noise_variance".
-std::vector<std::string> evidence_parameters(const GaussianProcess& prior);
+/// Names of what the evidence depends on: the kernel's hyper-parameters as "kernel.<path>", then "noise_variance"; of a
+/// weighted sum those of one term.
+std::vector<std::string> evidence_parameters(const GaussianProcess& prior, int term = 0);
+
+/// log p(y | X). Throws as `evidence` does.
+double log_evidence(const GaussianProcess& prior, const Posterior& data);
 
 /// log p(y | X) and its analytic gradient (Rasmussen & Williams 2006, Eq. 5.9), O(n^3). Throws NumericalError if the
 /// covariance is not positive definite. Takes inputs and targets from `data`; the noise is the prior's but for samples
-/// that came with their own.
-Evidence evidence(const GaussianProcess& prior, const Posterior& data);
+/// that came with their own. Of a weighted sum, by
+/// the parameters of one term.
+Evidence evidence(const GaussianProcess& prior, const Posterior& data, int term = 0);
 
 /// Bounds on the hyper-parameters; a parameter whose bounds coincide is fixed there, an infinite length scale stays.
 struct EvidenceBounds {
@@ -99,13 +104,16 @@ struct EvidenceSummary {
 
 /// Maximises the log marginal likelihood, or with hyper-priors the log posterior, over the logarithms of the
 /// hyper-parameters within their bounds, starting at `prior`. Never returns a prior whose likelihood is below that of
-/// the (bounded) start.
+/// the (bounded) start. Of a weighted sum, over those of one term, the others being what they are.
 EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior& data, const EvidenceOptions& options,
-                                  RandomStream& random);
+                                  RandomStream& random, int term = 0);
 
-/// Draws from the posterior of the hyper-parameters (random-walk Metropolis, log-uniform within the bounds where there
-/// is no hyper-prior), without the least probable, a share `risk`: what they may be but for that probability.
+/// 100 draws from the posterior of the hyper-parameters (Metropolis, 3900 evaluations of the likelihood; log-uniform
+/// within the bounds where there is no hyper-prior), without the least probable, a share `risk`: what they may be but
+/// for that probability. None where no likelihood is finite. Of a weighted sum one term's, the others being what they
+/// are.
 std::vector<GaussianProcess> credible_priors(const GaussianProcess& prior, const Posterior& data,
-                                             const EvidenceOptions& options, double risk, RandomStream& random);
+                                             const EvidenceOptions& options, double risk, RandomStream& random,
+                                             int term = 0);
 
 }  // namespace bayesctrl

@@ -1,5 +1,7 @@
 #include "gp/process.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -22,10 +24,10 @@ double* scratch(std::size_t size) {
 
 }  // namespace
 
-Posterior::Posterior(GaussianProcess prior, int dimension)
-    : prior_(std::move(prior)), prior_variance_(variance(prior_.kernel)), inputs_(dimension) {
-  require_dimension(prior_.kernel, dimension);
-  if (prior_.budget) sparse_.emplace(prior_.kernel, dimension, *prior_.budget);
+Posterior::Posterior(GaussianProcess prior, int dimension) : prior_(std::move(prior)), inputs_(dimension) {
+  require_dimension(prior_, dimension - static_cast<int>(prior_.terms.size()));
+  if (prior_.terms.empty()) prior_variance_ = variance(prior_.kernel);
+  if (prior_.budget) sparse_.emplace(prior_, dimension, *prior_.budget);
 }
 
 void Posterior::reserve(int samples) {
@@ -39,13 +41,13 @@ void Posterior::reserve(int samples) {
   scratch(rounded_up(samples, GrowingCholesky::kPanel) + GrowingCholesky::kPanel);
 }
 
-double* Posterior::covariances(std::span<const double> x) const {
-  const int padded = factor_.padded_size();
-  double* k = scratch(padded + GrowingCholesky::kPanel);
+double* Posterior::covariances(std::span<const double> x, int column) const {
+  const int padded = factor_.padded_size(), room = padded + GrowingCholesky::kPanel;
+  double* k = scratch(static_cast<std::size_t>(room) * static_cast<std::size_t>(column + 1)) + room * column;
   BlockArray block;
   for (int first = 0; first < padded; first += kBlock) {
     const int count = std::min(kBlock, padded - first);
-    evaluate(prior_.kernel, inputs_.block(first, count), x.data(), block);
+    evaluate(prior_, inputs_.block(first, count), x.data(), block);
     Eigen::Map<BlockArray>(k + first, count) = block;
   }
   for (int i = size(); i < padded + GrowingCholesky::kPanel; ++i) k[i] = 0.0;
@@ -73,7 +75,7 @@ void Posterior::absorb(std::span<const double> x, double y, double noise_varianc
   if (n == static_cast<int>(targets_.capacity())) reserve(2 * n + kBlock);
   const double centred = rest;
   double* row = covariances(x);
-  const double root = factor_.append(row, prior_variance_ + noise_variance);
+  const double root = factor_.append(row, prior_variance(x) + noise_variance);
   for (int j = 0; j < n; ++j) rest -= row[j] * z_[j];
   z_.resize(factor_.padded_size(), 0.0);
   z_[n] = rest / root;
@@ -87,7 +89,7 @@ void Posterior::absorb(std::span<const double> x, double y, double noise_varianc
 
 void Posterior::scale_output(double factor) {
   sparse_->scale_output(factor);
-  bayesctrl::scale_output(prior_.kernel, factor);
+  bayesctrl::scale_output(prior_, factor);
   prior_variance_ *= factor * factor;
 }
 
@@ -102,7 +104,39 @@ Marginal Posterior::predict(std::span<const double> x) const {
   factor_.solve_lower(v);
   const Eigen::Map<const Eigen::VectorXd> solved(v, factor_.padded_size());
   const Eigen::Map<const Eigen::VectorXd> z(z_.data(), factor_.padded_size());
-  return {prior_mean + solved.dot(z), std::max(prior_variance_ - solved.squaredNorm(), 0.0)};
+  return {prior_mean + solved.dot(z), std::max(prior_variance(x) - solved.squaredNorm(), 0.0)};
+}
+
+TermMarginals Posterior::predict_terms(std::span<const double> x) const {
+  const int terms = static_cast<int>(prior_.terms.size());
+  if (static_cast<int>(x.size()) + terms != dimension()) throw std::invalid_argument("an input of another dimension");
+  TermMarginals result{TermVector::Zero(terms), TermMatrix::Zero(terms, terms)};
+  const auto add_means = [&] {
+    for (int c = 0; c < terms; ++c) result.mean[c] += term_of(prior_, c).prior_mean(x);
+  };
+  if (over_budget()) {
+    result = sparse_->predict_terms(x);
+    add_means();
+    return result;
+  }
+  const int padded = factor_.padded_size(), room = padded + GrowingCholesky::kPanel;
+  scratch(static_cast<std::size_t>(room) * static_cast<std::size_t>(terms));  // one piece for all columns
+  std::array<double, kMostInputs> at{};
+  std::copy(x.begin(), x.end(), at.begin());
+  for (int c = 0; c < terms; ++c) {
+    at[x.size() + static_cast<std::size_t>(c)] = 1.0;
+    factor_.solve_lower(covariances({at.data(), static_cast<std::size_t>(dimension())}, c));
+    at[x.size() + static_cast<std::size_t>(c)] = 0.0;
+    result.covariance(c, c) = variance(term_of(prior_, c), x);
+  }
+  const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> v(scratch(0), padded, terms,
+                                                                     Eigen::OuterStride<>(room));
+  const Eigen::Map<const Eigen::VectorXd> z(z_.data(), padded);
+  result.mean = v.transpose() * z;
+  result.covariance -= v.transpose() * v;
+  result.covariance.diagonal() = result.covariance.diagonal().cwiseMax(0.0);
+  add_means();
+  return result;
 }
 
 namespace {
@@ -117,7 +151,7 @@ double squares_of(const std::vector<double>& z) {
 
 double Posterior::mean_squared_innovation() const {
   if (absorbed_ == 0) return 0.0;
-  return (over_budget() ? sparse_->squared_innovations() : squares_of(z_)) / absorbed_;
+  return over_budget() ? sparse_->mean_squared_innovation() : squares_of(z_) / absorbed_;
 }
 
 double Posterior::log_marginal_likelihood() const {
@@ -160,6 +194,12 @@ Posterior condition(const GaussianProcess& prior, const Posterior& data) {
     }
   }
   return posterior;
+}
+
+Marginal term_at(const Posterior& posterior, std::span<const double> x, int term) {
+  if (posterior.prior().terms.empty()) return posterior.predict(x);
+  const TermMarginals all = posterior.predict_terms(x);
+  return {all.mean[term], all.covariance(term, term)};
 }
 
 Marginal exponential_of(const Marginal& log_value) {

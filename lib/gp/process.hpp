@@ -1,41 +1,15 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "gp/inputs.hpp"
-#include "gp/kernel.hpp"
+#include "gp/prior.hpp"
 #include "gp/sparse.hpp"
 #include "numerics/growing_cholesky.hpp"
 
 namespace bayesctrl {
-
-/// A function of the input that a prior may use as its mean, e.g. the drift of a nominal model.
-using MeanFunction = std::function<double(std::span<const double>)>;
-
-/// Gaussian process prior f ~ GP(mean + mean_function(x), k) with observations y = f(x) + noise.
-struct GaussianProcess {
-  static constexpr std::string_view kName = "gaussian_process";
-  static constexpr std::string_view kText = "f ~ GP(mean, kernel), observed as f + noise";
-  double mean = 0.0;
-  double noise_variance = 1e-4;
-  std::optional<int> budget;
-  Kernel kernel;
-  MeanFunction mean_function;  // optional, added to `mean`; set by code, not read from specs
-
-  static void fields(auto& self, auto&& field) {
-    field("mean", self.mean, {kAny, "output unit", "constant prior mean, added to the prior model's if there is one"});
-    field("noise_variance", self.noise_variance, {kNonNegative, "output unit squared", "variance of the observations"});
-    field("budget", self.budget,
-          {between(4, SparsePosterior::kMost), "",
-           "samples that are kept as they are; more are absorbed by a sparse process of so many inputs; null: all"});
-    field("kernel", self.kernel, {.text = "covariance of the function", .required = true});
-  }
-
-  double prior_mean(std::span<const double> x) const { return mean_function ? mean + mean_function(x) : mean; }
-};
 
 /// Log-normal process prior, log f ~ GP: f is positive. Observed as log f + noise, so that everything below holds for
 /// `log`, with targets log y; `exponential_of` turns its marginals into those of f.
@@ -92,7 +66,11 @@ class Posterior {
   /// Mean and variance of f(x), O(n^2). Allocates nothing.
   Marginal predict(std::span<const double> x) const;
 
-  /// Mean of ((y_k - E y_k) / sd y_k)^2, each sample predicted from those before it; 0 without data.
+  /// Of a weighted sum: means and covariance of its terms f_c(x), at an input without weights.
+  TermMarginals predict_terms(std::span<const double> x) const;
+
+  /// Mean of ((y_k - E y_k) / sd y_k)^2, each sample predicted from those before it; over budget of those since the
+  /// scale was last changed. 0 without any.
   double mean_squared_innovation() const;
 
   /// log p(y | X) (Rasmussen & Williams 2006, Eq. 2.30), over budget that of the sparse process.
@@ -102,10 +80,14 @@ class Posterior {
   void absorb(std::span<const double> x, double y, double noise_variance, bool own_noise);
 
   /// k(x, X), padded with zeros, in a scratch buffer of the calling thread.
-  double* covariances(std::span<const double> x) const;
+  double* covariances(std::span<const double> x, int column = 0) const;
+
+  double prior_variance(std::span<const double> x) const {
+    return prior_.terms.empty() ? prior_variance_ : variance(prior_, x);
+  }
 
   GaussianProcess prior_;
-  double prior_variance_ = 0.0;
+  double prior_variance_ = 0.0;  // unless it is a weighted sum, whose variance depends on the weights
   Inputs inputs_;
   std::vector<double> targets_;
   std::vector<double> noise_variances_;
@@ -120,6 +102,9 @@ class Posterior {
 /// empty for the prior's.
 Posterior condition(const GaussianProcess& prior, const Eigen::MatrixXd& inputs, std::span<const double> targets,
                     std::span<const double> noise_variances = {});
+
+/// f(x), or of a weighted sum one term, at an input without weights.
+Marginal term_at(const Posterior& posterior, std::span<const double> x, int term);
 
 /// The samples that are kept under another prior; those that came with a noise variance of their own keep it.
 Posterior condition(const GaussianProcess& prior, const Posterior& data);

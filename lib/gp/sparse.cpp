@@ -1,6 +1,8 @@
 #include "gp/sparse.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -22,15 +24,15 @@ void rotate(auto&& a, auto&& b, double c, double s) {
 
 }  // namespace
 
-SparsePosterior::SparsePosterior(const Kernel& kernel, int dimension, int most)
-    : kernel_(kernel),
-      variance_(bayesctrl::variance(kernel)),
+SparsePosterior::SparsePosterior(GaussianProcess prior, int dimension, int most)
+    : prior_(std::move(prior)),
       most_(most),
       basis_(dimension),
       factor_(most, most),
       root_(most, most),
       z_(most),
       precision_(most),
+      variance_(most),
       used_(most) {
   basis_.reserve(most);
 }
@@ -41,13 +43,14 @@ SparsePosterior::Features SparsePosterior::features(const double* x) const {
   BlockArray block;
   for (int first = 0; first < m; first += kBlock) {
     const int count = std::min(kBlock, m - first);
-    evaluate(kernel_, basis_.block(first, count), x, block);
+    evaluate(prior_, basis_.block(first, count), x, block);
     phi.segment(first, count) = block.matrix();
   }
   int nearest = 0;
   if (m > 0) phi.maxCoeff(&nearest);
   factor_.topLeftCorner(m, m).triangularView<Eigen::Lower>().solveInPlace(phi);
-  return {phi, std::max(variance_ - phi.squaredNorm(), 0.0), nearest};
+  const double variance = bayesctrl::variance(prior_, {x, static_cast<std::size_t>(basis_.dimension())});
+  return {phi, variance, std::max(variance - phi.squaredNorm(), 0.0), nearest};
 }
 
 Marginal SparsePosterior::predict(const Features& at) const {
@@ -59,9 +62,30 @@ Marginal SparsePosterior::predict(const Features& at) const {
 
 Marginal SparsePosterior::predict(std::span<const double> x) const { return predict(features(x.data())); }
 
+TermMarginals SparsePosterior::predict_terms(std::span<const double> x) const {
+  const int m = size(), terms = static_cast<int>(prior_.terms.size());
+  TermMarginals result{TermVector::Zero(terms), TermMatrix::Zero(terms, terms)};
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMostTerms> phi(m, terms), v(m, terms);
+  std::array<double, kMostInputs> at{};
+  std::copy(x.begin(), x.end(), at.begin());
+  for (int c = 0; c < terms; ++c) {
+    at[x.size() + static_cast<std::size_t>(c)] = 1.0;
+    const Features features = this->features(at.data());
+    at[x.size() + static_cast<std::size_t>(c)] = 0.0;
+    phi.col(c) = features.phi;
+    result.covariance(c, c) = features.variance;
+  }
+  v = phi;
+  root_.topLeftCorner(m, m).triangularView<Eigen::Lower>().solveInPlace(v);
+  result.mean = v.transpose() * z_.head(m);
+  result.covariance += v.transpose() * v - phi.transpose() * phi;
+  return result;
+}
+
 void SparsePosterior::absorb(std::span<const double> x, double y, double noise_variance) {
   Features at = features(x.data());
-  const double least = std::max(kNoiseShare * noise_variance, kResolution * variance_);
+  const double least =
+      std::max(std::min(kNoiseShare * noise_variance, kUnknown * at.variance), kResolution * at.variance);
   if (at.open > least && size() == most_) {
     if (const int outdone = outdone_by(at); outdone >= 0) {
       remove(outdone);
@@ -74,8 +98,9 @@ void SparsePosterior::absorb(std::span<const double> x, double y, double noise_v
   const Marginal before = predict(at);
   const double variance = before.variance + noise_variance, error = y - before.mean;
   squared_innovations_ += error * error / variance;
+  ++innovations_;
   log_likelihood_ -= 0.5 * (error * error / variance + std::log(2.0 * std::numbers::pi * variance));
-  const double root = std::sqrt(std::max(noise_variance + at.open, kResolution * variance_));
+  const double root = std::sqrt(std::max(noise_variance + at.open, kResolution * at.variance));
   add_information(at.phi / root, y / root);
 }
 
@@ -86,7 +111,7 @@ int SparsePosterior::outdone_by(const Features& at) {
   precision_[known] = precisions_with(known)[known];  // not what was carried along, whose errors add up
   if (at.open * precision_[known] > kWorthAPlace) return known;
   used_.minCoeff(&unused);
-  return at.open > kUnknown * variance_ ? unused : -1;
+  return at.open > kUnknown * at.variance ? unused : -1;
 }
 
 void SparsePosterior::scale_output(double factor) {
@@ -102,17 +127,18 @@ void SparsePosterior::scale_output(double factor) {
   if (llt.info() != Eigen::Success) throw NumericalError("a sparse process cannot be scaled by " + format(factor));
   root = llt.matrixLLT();
   z_.head(m) = llt.matrixL().solve(told);
-  bayesctrl::scale_output(kernel_, factor);
-  variance_ *= square;
+  bayesctrl::scale_output(prior_, factor);
+  variance_.head(m) *= square;
   factor_ *= factor;
   precision_ /= square;
-  squared_innovations_ /= square;
+  squared_innovations_ = 0.0;
+  innovations_ = 0;
 }
 
 /// Adds the input to the basis; its features then leave nothing open.
 void SparsePosterior::append(const double* x, Features& at) {
   const int m = size();
-  const double jitter = kJitter * variance_, root = std::sqrt(at.open + jitter);
+  const double jitter = kJitter * at.variance, root = std::sqrt(at.open + jitter);
   factor_.row(m).head(m) = at.phi.transpose();
   factor_(m, m) = root;
   // K^-1 grows by v v^T, v = (-L^-T phi, 1) / root.
@@ -120,6 +146,7 @@ void SparsePosterior::append(const double* x, Features& at) {
   factor_.topLeftCorner(m, m).triangularView<Eigen::Lower>().transpose().solveInPlace(v);
   precision_.head(m) += v.array().square() / (at.open + jitter);
   precision_[m] = 1.0 / (at.open + jitter);
+  variance_[m] = at.variance;
   root_.row(m).head(m).setZero();
   root_(m, m) = 1.0;
   z_[m] = 0.0;
@@ -154,9 +181,10 @@ void SparsePosterior::turn_equations(int keep, int zero, int weight, int first) 
 void SparsePosterior::remove(int i) {
   const int m = size();
   const Vector column = precisions_with(i);
-  precision_.head(m) = (precision_.head(m) - column.array().square() / column[i]).max(1.0 / variance_);
+  precision_.head(m) = (precision_.head(m) - column.array().square() / column[i]).max(1.0 / variance_.head(m));
   for (int k = i; k + 1 < m; ++k) {
     precision_[k] = precision_[k + 1];
+    variance_[k] = variance_[k + 1];
     used_[k] = used_[k + 1];
   }
 

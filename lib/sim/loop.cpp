@@ -46,7 +46,7 @@ class Loop {
     if (setup.time_calls) result_.call_seconds.reserve(static_cast<std::size_t>(count_) + 1);
     if constexpr (kLearns) {
       learning_.emplace(LearningSetup{within_limits(setup.learner, setup.input_limit, kJoints), setup.tuning, dt_,
-                                      count_, setup.sensor.positions_only, setup.timing},
+                                      count_, setup.sensor.positions_only, setup.timings},
                         setup.belief, random);
     }
   }

@@ -35,7 +35,7 @@ struct LoopSetup {
   Belief belief;  // what an adaptive controller starts with
   Learner learner;
   Tuning tuning;
-  std::optional<Timing> timing{};  // how late inputs act, if an earlier run has found it
+  std::optional<Timings> timings{};  // how late inputs act, if an earlier run has found it
 };
 
 /// What the loop was doing at one control call.

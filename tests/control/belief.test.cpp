@@ -107,6 +107,52 @@ TEST_CASE("Data points are counted per drift and per column of the gain", "[cont
   CHECK(Belief{}.gain_points() == 0);
 }
 
+TEST_CASE("Processes that are joined say what they said apart, and keep their samples under other priors",
+          "[control]") {
+  for (int n = 1; n <= kMaxJoints; ++n) {
+    const Belief apart = example_belief(n, 8);
+    Belief together = apart;
+    together.join();
+    REQUIRE(together.together());
+    CHECK(together.joints() == n);
+    const StateVector x = 0.5 * state(n);
+    JointVector u = JointVector::LinSpaced(n, 0.7, -1.1);
+    const auto same = [&](const Belief& left, const Belief& right) {
+      const BeliefMarginals value = left.predict(x), expected = right.predict(x);
+      for (int i = 0; i < n; ++i) {
+        INFO(n << " joints, joint " << i);
+        CHECK(value.drift_mean[i] == Approx(expected.drift_mean[i]).epsilon(1e-9));
+        CHECK(value.drift_variance[i] == Approx(expected.drift_variance[i]).epsilon(1e-9));
+        CHECK(value.log_gain_mean[i] == Approx(expected.log_gain_mean[i]).epsilon(1e-9));
+        CHECK(value.motion(i, u).mean == Approx(expected.motion(i, u).mean).epsilon(1e-9));
+        CHECK(value.motion(i, u).variance == Approx(expected.motion(i, u).variance).epsilon(1e-9));
+        for (int j = 0; j < n; ++j) {
+          CHECK(value.gain_mean(i, j) == Approx(expected.gain_mean(i, j)).epsilon(1e-9));
+          CHECK(value.gain_variance(i, j) == Approx(expected.gain_variance(i, j)).epsilon(1e-9));
+          CHECK(left.points(i, j) == right.points(i, j));
+          CHECK(left.gain_prior(i, j).kernel == right.gain_prior(i, j).kernel);
+        }
+        CHECK(left.points(i, -1) == right.points(i, -1));
+        CHECK(left.drift_prior(i).kernel == right.drift_prior(i).kernel);
+      }
+      CHECK(left.drift_points() == right.drift_points());
+      CHECK(left.gain_points() == right.gain_points());
+    };
+    same(together, apart);
+    const Belief fresh(example_prior(n), n);
+    same(fresh.with_samples(together), fresh.with_samples(apart));
+    CHECK_FALSE(fresh.together());
+  }
+}
+
+TEST_CASE("A process over its budget cannot be joined", "[control]") {
+  BeliefPrior prior = example_prior(1);
+  prior.drift[0].budget = 4;
+  Belief belief(prior, 1);
+  for (int k = 0; k < 6; ++k) belief.drift(0).extend(std::vector{0.1 * k, 0.0}, 1.0, 1e-2);
+  CHECK_THROWS_WITH(belief.join(), Catch::Contains("over budget"));
+}
+
 TEST_CASE("Making room changes nothing that is believed", "[control]") {
   Belief belief = example_belief(2, 7);
   const BeliefMarginals before = belief.predict(state(2));

@@ -217,24 +217,34 @@ TEST_CASE("In turn, a and the columns of b are probed one after the other, a onl
   CHECK_FALSE(decide(learner, belief, Eigen::Vector2d(0.16, 0.16), Probe::kDrift, 0).has_value());
 }
 
-TEST_CASE("A sample in passing teaches what is known least: a where b is known, b where a is", "[control]") {
+TEST_CASE("A sample in passing teaches a where b is known, b where a is, and else their sum", "[control]") {
   const auto belief_with = [](double drift_scale, double gain_scale) {
     BeliefPrior prior;
     prior.drift = {process_with({SquaredExponential{drift_scale, {2.0, 2.0}}}, 1e-6)};
     prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{gain_scale, {2.0, 2.0}}}, 1e-6)}};
-    return Belief(prior, 1);
+    Belief belief(prior, 1);
+    belief.join();
+    return belief;
   };
   Learner learner;
   learner.drift_threshold = 1e-4;
   const Derivative sample{Eigen::Vector2d(0.3, -0.1), JointVector::Constant(1, 5.0), JointVector::Constant(1, 2.0),
                           JointVector::Constant(1, 1e-6)};
-  Belief open_drift = belief_with(10.0, 1e-3), open_gain = belief_with(1e-3, 1.0);
+  Belief open_drift = belief_with(10.0, 1e-3), open_gain = belief_with(1e-3, 0.3), both = belief_with(1.0, 0.5);
   CHECK(absorb_in_passing(open_drift, learner, sample).taken == 1);
-  CHECK(open_drift.drift(0).size() == 1);
-  CHECK(open_drift.drift(0).predict(span_of(sample.x)).mean == Approx(5.0 - 2.0).epsilon(1e-3));  // E b = 1
-  CHECK(absorb_in_passing(open_gain, learner, sample).taken == 1);
-  CHECK(open_gain.gain(0, 0).size() == 1);
-  CHECK(open_gain.predict(sample.x).gain_mean(0, 0) == Approx(2.5).epsilon(1e-3));  // E a = 0
+  CHECK(open_drift.points(0, Probe::kDrift) == 1);
+  CHECK(open_drift.points(0, 0) == 1);
+  CHECK(open_drift.predict(sample.x).drift_mean[0] == Approx(5.0 - 2.0).epsilon(1e-3));         // E b = 1
+  for (int k = 0; k < 5; ++k) CHECK(absorb_in_passing(open_gain, learner, sample).taken == 1);  // linearised anew
+  CHECK(open_gain.predict(sample.x).gain_mean(0, 0) == Approx(2.5).epsilon(0.05));              // E a = 0
+  for (int k = 0; k < 5; ++k) absorb_in_passing(both, learner, sample);
+  const BeliefMarginals learned = both.predict(sample.x);
+  const Marginal motion = learned.motion(0, sample.input);
+  CHECK(motion.mean == Approx(5.0).epsilon(0.02));
+  CHECK(std::sqrt(motion.variance) < 0.1);
+  CHECK(std::sqrt(learned.drift_variance[0]) > 0.5);  // neither is known by itself
+  CHECK(std::sqrt(learned.gain_variance(0, 0)) > 0.3);
+  CHECK(learned.covariance[0](0, 1) < 0.0);
 
   // What is known and does not surprise is no news; what surprises is.
   Belief known = belief_with(1e-4, 1e-5);
@@ -245,6 +255,39 @@ TEST_CASE("A sample in passing teaches what is known least: a where b is known, 
   const Absorbed surprising = absorb_in_passing(known, learner, again);
   CHECK(surprising.taken == 1);
   CHECK(surprising.surprises[0] > 2.0);
+}
+
+TEST_CASE("Together a probe of b is a sample of a + b u, or where its jump told of b alone", "[control]") {
+  for (const int n : {1, 2}) {
+    Belief belief(example_prior(n), n);
+    belief.join();
+    Learner learner;
+    learner.probing_input = {2.0};
+    learner.gain_threshold = 0.04;
+    const StateVector x = StateVector::LinSpaced(2 * n, -0.4, 0.9);
+    const Probe probe{n - 1, 0};
+    Derivative sample{x, JointVector::Constant(n, 9.0), JointVector::Zero(n), JointVector::Constant(n, 1e-4)};
+    sample.input[n - 1] = 2.0;
+    const BeliefMarginals before = belief.predict(x);
+    sample.acceleration = before.drift_mean.array() + 2.0 * 1.7;
+    CHECK(absorb(belief, learner, probe, sample).taken == n);
+    const BeliefMarginals after = belief.predict(x);
+    for (int i = 0; i < n; ++i) {
+      INFO(n << " joints, joint " << i);
+      CHECK(belief.points(i, Probe::kDrift) == 1);
+      CHECK(belief.points(i, n - 1) == 1);
+      CHECK(after.motion(i, sample.input).variance < 0.1 * before.motion(i, sample.input).variance);
+      CHECK(after.covariance[static_cast<std::size_t>(i)](0, n) < 0.0);
+    }
+    sample.gain = JointVector::Constant(n, 1.7);
+    sample.gain_variance = JointVector::Constant(n, 1e-6);
+    CHECK(absorb(belief, learner, probe, sample).taken == n);
+    CHECK(belief.points(0, Probe::kDrift) == 1);
+    CHECK(belief.points(0, n - 1) == 2);
+    CHECK(belief.predict(x).gain_mean(n - 1, n - 1) == Approx(1.7).epsilon(0.1));
+    sample.gain = JointVector::Constant(n, -1.7);
+    CHECK(absorb(belief, learner, probe, sample).refused == 1);
+  }
 }
 
 TEST_CASE("Of a probe's jump and of the drift that estimate of b is taken that is accurate enough, else the better one",

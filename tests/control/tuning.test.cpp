@@ -136,7 +136,7 @@ TEST_CASE("Over its budget a process is widened as it stands, keeps what it know
     REQUIRE(excess > 1.0);
     widen(surprised);
     CHECK(surprised.absorbed() == 60);
-    CHECK(surprised.mean_squared_innovation() == Approx(1.0));
+    CHECK(surprised.mean_squared_innovation() == 0.0);  // what was seen until then no longer counts
     CHECK(variance(surprised.prior().kernel) == Approx(excess * variance(kernel)));
     // As a process that keeps every sample is under the wider prior.
     GaussianProcess wide = process_with(kernel, 1e-3);
@@ -148,11 +148,36 @@ TEST_CASE("Over its budget a process is widened as it stands, keeps what it know
       CHECK(relative_error(value.variance, expected.variance, variance(wide.kernel)) < 0.02);
     }
 
+    const Eigen::Vector2d further(0.1, 0.2);
+    const Marginal there = surprised.predict(span_of(further));
+    const double sd = std::sqrt(there.variance + 1e-3);
+    surprised.extend(span_of(further), there.mean + 3.0 * sd, 1e-3);
+    CHECK(surprised.mean_squared_innovation() == Approx(9.0).epsilon(0.05));
+
     RandomStream random = random_stream(1, "tune");
     const TuneResult result = tune(surprised, EvidenceOptions{}, random);
     CHECK(result.failed == 1);
     CHECK(result.evaluations == 0);
-    CHECK(surprised.absorbed() == 60);
+    CHECK(surprised.absorbed() == 61);
+  }
+}
+
+TEST_CASE("Of a weighted sum that its data surprise the term is widened that they accuse", "[control]") {
+  const GaussianProcess term = process_with({SquaredExponential{1.0, {1.0, 1.0}}}, 1e-4);
+  const Eigen::MatrixXd inputs = random_points(30, 2, 2.0, 75);
+  for (const int accused : {0, 1}) {
+    Posterior data(weighted_sum({term, term}), 4);
+    for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+      const Eigen::VectorXd x = inputs.row(i);
+      const Eigen::Vector2d weights(1.0, i % 2 == 0 ? 0.0 : 2.0);
+      const Eigen::Vector4d input(x[0], x[1], weights[0], weights[1]);
+      data.extend(span_of(input), 20.0 * weights[accused] * smooth(x), 1e-4);
+    }
+    REQUIRE(data.mean_squared_innovation() > 1.0);
+    widen(data);
+    INFO("term " << accused);
+    CHECK(variance(term_of(data.prior(), accused).kernel) > 10.0);
+    CHECK(variance(term_of(data.prior(), 1 - accused).kernel) == 1.0);
   }
 }
 

@@ -96,14 +96,14 @@ TEST_CASE("The jump at a probe's beginning tells b, whatever the drift is", "[co
   for (const bool positions_only : {true, false}) {
     for (const Timing& timing : {Timing{}, Timing{0.02, 0.0}, Timing{0.0, 0.02}}) {
       const History history = motion(60, timing, probe_at_30);
-      const JumpFit fit = fit_jump(history, 0, 22, 42, kSampling, positions_only, timing, JointMatrix::Zero(1, 1));
+      const JumpFit fit = fit_jump(history, 0, 22, 42, kSampling, positions_only, {timing}, JointMatrix::Zero(1, 1));
       INFO("positions only " << positions_only << ", delay " << timing.delay << ", lag " << timing.lag);
       CHECK(fit.gain[0] == Approx(3.0).epsilon(0.02));
       CHECK(std::abs(fit.gain[0] - 3.0) <= 3.0 * std::abs(fit.bias[0]) + 1e-2);
     }
   }
   const History still = motion(60, {}, [](int) { return 1.0; });
-  const JumpFit none = fit_jump(still, 0, 22, 42, kSampling, false, {}, JointMatrix::Zero(1, 1));
+  const JumpFit none = fit_jump(still, 0, 22, 42, kSampling, false, {Timing{}}, JointMatrix::Zero(1, 1));
   CHECK(none.degrees_of_freedom == 0);  // an input that does not change tells nothing
 }
 
@@ -111,21 +111,45 @@ TEST_CASE("Probes tell how late an input acts, and do not claim to know where no
   for (const Timing& timing : {Timing{}, Timing{0.01, 0.0}, Timing{0.0225, 0.0}, Timing{0.0, 0.02}}) {
     const History history = motion(60, timing, probe_at_30);
     for (const bool positions_only : {true, false}) {
-      TimingEstimate estimate(0.05, kSampling, positions_only);
+      TimingEstimate estimate(1, 0.05, kSampling, positions_only);
       CHECK_FALSE(estimate.known());
       estimate.add(history, 22, 48);
       INFO("positions only " << positions_only << ", delay " << timing.delay << ", lag " << timing.lag);
       CHECK(estimate.known());
-      CHECK(estimate.best().delay + estimate.best().lag == Approx(timing.delay + timing.lag).margin(0.003));
+      CHECK(estimate.latest().together() == Approx(timing.together()).margin(0.003));
     }
   }
-  TimingEstimate blind(0.05, kSampling, true);
+  TimingEstimate blind(1, 0.05, kSampling, true);
   blind.add(motion(60, {}, probe_at_30, 0.05), 22, 48);
   CHECK_FALSE(blind.known());
-  TimingEstimate fine(1.0, 1e-3, true);  // a thousand periods: asked in coarser steps, within a moment
+  TimingEstimate fine(1, 1.0, 1e-3, true);  // a thousand periods: asked in coarser steps, within a moment
   fine.add(motion(60, {}, probe_at_30), 22, 48);
-  CHECK(TimingEstimate(0.0, kSampling, true).known());  // there is nothing to find out
-  CHECK(TimingEstimate(Timing{0.02, 0.0}).known());
+  CHECK(TimingEstimate(1, 0.0, kSampling, true).known());  // there is nothing to find out
+  CHECK(TimingEstimate(Timings{{0.02, 0.0}}).known());
+}
+
+TEST_CASE("Each input is told its own delay and lag, by probes in which it alone changes", "[control]") {
+  const Timing first{0.02, 0.0}, second{0.0, 0.03};
+  const auto probe_at_80 = [](int k) { return k < 80 ? 1.0 : -2.0; };
+  const History one = motion(120, first, probe_at_30), two = motion(120, second, probe_at_80);
+  History both(2, 120);
+  for (int k = 0; k < 120; ++k) {
+    both.add(Eigen::Vector4d(one.seen(k)[0], two.seen(k)[0], one.seen(k)[1], two.seen(k)[1]));
+    both.hold(Eigen::Vector2d(probe_at_30(k), probe_at_80(k)));
+  }
+  for (const bool positions_only : {true, false}) {
+    TimingEstimate estimate(2, 0.05, kSampling, positions_only);
+    estimate.add(both, 22, 98);  // both change: nothing is told
+    CHECK(estimate.latest() == Timing{});
+    estimate.add(both, 22, 48);
+    CHECK_FALSE(estimate.known());  // the second
+    estimate.add(both, 72, 98);
+    CHECK(estimate.known());
+    CHECK(estimate.best()[0].together() == Approx(0.02).margin(0.003));
+    CHECK(estimate.best()[1].together() == Approx(0.03).margin(0.005));
+    CHECK(estimate.best()[1].lag > estimate.best()[1].delay);
+    CHECK(estimate.latest() == estimate.best()[1]);
+  }
 }
 
 TEST_CASE("The history keeps the last calls, and inputs before the first are 0", "[control]") {

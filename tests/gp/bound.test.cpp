@@ -51,6 +51,46 @@ Swept swept(const Kernel& kernel, double risk, int runs) {
   return result;
 }
 
+/// The bound of a squared exponential by plain sums over closed forms: grids of 2^level parts a side, the first from
+/// `first`; sides in length scales.
+UniformBound plain_bound(double scale, const std::vector<double>& sides, double risk, int first) {
+  const auto quantile = [&](int level, double log_more, double share) {
+    const double points = static_cast<double>(sides.size()) * std::log(std::pow(2.0, level) + 1.0);
+    return std::sqrt(2.0 * (points + log_more + std::log(2.0 / risk) - std::log(share)));
+  };
+  const auto change = [&](double spacing) {
+    double square = 0.0;
+    for (const double side : sides) square += side * side * spacing * spacing;
+    return scale * std::sqrt(-2.0 * std::expm1(-0.5 * square));
+  };
+  UniformBound bound{quantile(first, 0.0, 1.0), 0.0};
+  bound.slack = bound.factor * change(0.5 * std::pow(2.0, -first));
+  for (int level = 1; level <= 60; ++level) {
+    const double neighbours = static_cast<double>(sides.size()) * std::log(2.0);
+    bound.slack += quantile(first + level, neighbours, std::pow(2.0, -level)) * change(std::pow(2.0, -first - level));
+  }
+  return bound;
+}
+
+/// Standard deviation of log l_2 over draws of a squared exponential's hyper-parameters, and its mean; the second input
+/// of the data never varies.
+std::pair<double, double> of_unseen_length(int samples, std::uint64_t seed) {
+  Eigen::MatrixXd inputs = random_points(samples, 2, 2.0, 83);
+  inputs.col(1).setZero();
+  const GaussianProcess prior = process_with(Kernel{SquaredExponential{1.0, {1.0, 1.0}}}, 1e-2);
+  const Posterior data = condition(prior, inputs, smooth_at(inputs));
+  RandomStream random = random_stream(seed, "draws");
+  const std::vector<GaussianProcess> draws = credible_priors(prior, data, {}, 0.0, random);
+  double sum = 0.0, squares = 0.0;
+  for (const GaussianProcess& draw : draws) {
+    const double l = std::log(std::get<SquaredExponential>(draw.kernel.form).length_scales[1]);
+    sum += l;
+    squares += l * l;
+  }
+  const auto count = static_cast<double>(draws.size());
+  return {std::sqrt(squares / count - std::pow(sum / count, 2)), sum / count};
+}
+
 }  // namespace
 
 TEST_CASE("Functions of the prior stay within their uniform bound, for every kernel", "[gp]") {
@@ -82,6 +122,35 @@ TEST_CASE("A uniform bound grows with the box, with the confidence and with the 
   // At one point it is the tail bound alone.
   CHECK(uniform_bound(smooth, point, 0.05, 0.1)(0.1) == Approx(0.1 * std::sqrt(2.0 * std::log(2.0 / 0.05))));
   CHECK_THROWS_AS(uniform_bound(smooth, {{0.0, 1.0}}, 0.05, 0.1), std::invalid_argument);
+}
+
+TEST_CASE("A uniform bound is the plain sum over all grids", "[gp]") {
+  for (const std::vector<double>& sides : {std::vector{3.0}, std::vector{1.0, 8.0}}) {
+    for (const double sd : {1e-3, 0.1, 1.0}) {
+      Box box;
+      for (const double side : sides) box.push_back({-0.3, 0.7 * side - 0.3});
+      const Kernel kernel{SquaredExponential{2.0, std::vector<double>(sides.size(), 0.7)}};
+      const UniformBound bound = uniform_bound(kernel, box, 0.05, sd);
+      double least = kInfinity;
+      for (int first = 0; first <= 12; ++first) least = std::min(least, plain_bound(2.0, sides, 0.05, first)(sd));
+      INFO(sides.size() << " inputs, sd " << sd << ": factor " << bound.factor << ", slack " << bound.slack);
+      CHECK(bound(sd) == Approx(least).epsilon(2e-3));
+      CHECK(bound(sd) > 3.0 * sd);
+    }
+  }
+}
+
+TEST_CASE("Of what the data say nothing the draws say nothing, whatever is known of the rest", "[gp]") {
+  const EvidenceBounds bounds;
+  const double low = std::log(bounds.length_scale[0]), high = std::log(bounds.length_scale[1]);
+  for (const int samples : {10, 40, 120}) {
+    for (const std::uint64_t seed : {1, 2}) {
+      const auto [sd, mean] = of_unseen_length(samples, seed);  // uniform
+      INFO(samples << " samples, seed " << seed << ": " << mean << " +- " << sd);
+      CHECK(sd == Approx((high - low) / std::sqrt(12.0)).epsilon(0.2));
+      CHECK(mean == Approx(0.5 * (low + high)).margin(1.2));
+    }
+  }
 }
 
 TEST_CASE("With hyper-parameters that are drawn too, the bound over what they may be holds", "[gp][slow]") {

@@ -63,7 +63,7 @@ TEST_CASE("While every input fits into the basis, the sparse process is the exac
       INFO(name << " in " << dimension << " dimensions");
       const GaussianProcess prior = process_with(kernel, 1e-2);
       const Posterior exact = condition(prior, inputs, targets);
-      SparsePosterior sparse(kernel, dimension, 64);
+      SparsePosterior sparse(process_with(kernel, 0.0), dimension, 64);
       for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
         const Eigen::VectorXd x = inputs.row(i);
         sparse.absorb(span_of(x), targets[static_cast<std::size_t>(i)] - prior.mean, 1e-2);
@@ -84,7 +84,7 @@ TEST_CASE("The sparse process is its plain twin, for every kernel along a motion
   for (const auto& [name, kernel] : example_kernels(2)) {
     for (const double noise : {1e-3, 1e-1}) {
       INFO(name << ", noise " << noise);
-      SparsePosterior sparse(kernel, 2, 12);
+      SparsePosterior sparse(process_with(kernel, 0.0), 2, 12);
       DenseSparsePosterior plain(kernel, 12);
       RandomStream random(73);
       double largest = 0.0;
@@ -107,7 +107,7 @@ TEST_CASE("The sparse process is its plain twin, for every kernel along a motion
 
 TEST_CASE("A budget follows a motion that goes away for good, and a thousand changes cost no digit", "[gp]") {
   const Kernel kernel{SquaredExponential{2.0, {0.7, 0.9}}};
-  SparsePosterior sparse(kernel, 2, 12);
+  SparsePosterior sparse(process_with(kernel, 0.0), 2, 12);
   DenseSparsePosterior plain(kernel, 12);
   for (int k = 0; k < 30000; ++k) {
     const Eigen::Vector2d x = along_a_motion(k, 0.5);
@@ -125,7 +125,7 @@ TEST_CASE("What leaves the basis is forgotten, and nothing else: the rest is the
   // One input of three leaves for a far one: what the others have learned from all samples stays.
   const Kernel kernel{SquaredExponential{2.0, {1.0}}};
   const std::vector<double> inputs{0.0, 0.5, 1.5, 40.0}, targets{1.0, -0.5, 0.7, 2.0};
-  SparsePosterior sparse(kernel, 1, 3);
+  SparsePosterior sparse(process_with(kernel, 0.0), 1, 3);
   GaussianProcess prior;
   prior.kernel = kernel;
   Posterior exact(prior, 1);
@@ -144,6 +144,26 @@ TEST_CASE("What leaves the basis is forgotten, and nothing else: the rest is the
   CHECK(sparse.predict({&gone, 1}).variance > 2.0 * exact.predict({&gone, 1}).variance);
 }
 
+TEST_CASE("Many samples of much noise teach as much as they do the exact process", "[gp]") {
+  const Eigen::MatrixXd inputs = random_points(600, 1, 2.0, 81);
+  for (const auto& [name, kernel] : leaf_kernels(1)) {
+    INFO(name);
+    const double noise = 1500.0 * variance(kernel);
+    GaussianProcess prior = process_with(kernel, noise);
+    SparsePosterior sparse(prior, 1, 100);
+    Posterior exact(prior, 1);
+    for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+      sparse.absorb({&inputs(i, 0), 1}, 3.0, noise);
+      exact.extend({&inputs(i, 0), 1}, 3.0 + prior.mean, noise);
+    }
+    for (const double x : {-1.7, 0.0, 0.9}) {
+      const Marginal value = sparse.predict({&x, 1}), expected = exact.predict({&x, 1});
+      CHECK(value.mean + prior.mean == Approx(expected.mean).epsilon(0.02));
+      CHECK(value.variance == Approx(expected.variance).epsilon(0.02));
+    }
+  }
+}
+
 TEST_CASE("A scaled sparse process is one that has absorbed all under the scaled prior, for every kernel", "[gp]") {
   const Eigen::MatrixXd inputs = random_points(40, 2, 2.0, 79);
   const std::vector<double> targets = smooth_at(inputs);
@@ -152,7 +172,7 @@ TEST_CASE("A scaled sparse process is one that has absorbed all under the scaled
       INFO(name << " times " << factor);
       Kernel scaled = kernel;
       scale_output(scaled, factor);
-      SparsePosterior sparse(kernel, 2, 64), expected(scaled, 2, 64);
+      SparsePosterior sparse(process_with(kernel, 0.0), 2, 64), expected(process_with(scaled, 0.0), 2, 64);
       for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
         const Eigen::VectorXd x = inputs.row(i);
         sparse.absorb(span_of(x), targets[static_cast<std::size_t>(i)], 1e-2);

@@ -22,7 +22,9 @@ class DenseSparsePosterior {
 
   void absorb(const Eigen::VectorXd& x, double y, double noise_variance) {
     const auto resolution = SparsePosterior::kResolution * variance_;
-    if (open_at(x) > std::max<Number>(SparsePosterior::kNoiseShare * noise_variance, resolution)) {
+    const auto open =
+        std::min<Number>(SparsePosterior::kNoiseShare * noise_variance, SparsePosterior::kUnknown * variance_);
+    if (open_at(x) > std::max<Number>(open, resolution)) {
       if (size() == most_) {
         Eigen::Index known = 0;
         if (open_at(x) * inverse_.diagonal().maxCoeff(&known) > SparsePosterior::kWorthAPlace) {

@@ -133,7 +133,7 @@ class Search {
       if (!finite(far) || far.slope > kMostOfSlope * slope_ || !good(far) || left <= 0) break;
       const double next = cubic_beyond(begin, far), most = kExpansion * far.step;
       const double least = (1.0 + kMargin) * far.step;
-      step = std::isfinite(next) && next >= 0.0 ? std::clamp(next, std::min(least, most), most) : most;
+      step = std::isfinite(next) && next >= 0.0 ? std::clamp(next, least, most) : most;
     }
     Point end = far, high = far;
     while (left > 0 && (!good(end) || std::abs(end.slope) > -kMostOfSlope * slope_)) {

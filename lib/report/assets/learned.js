@@ -12,16 +12,22 @@ const learned = (place, study) => {
       const p = (run.points || {})[process];
       return p ? {q: p.q[joint], v: p.v[joint], target: p.target} : none;
     };
-    const a = of(numbered("a", joint, joints)), b = of(joints > 1 ? `log_b${joint + 1}${joint + 1}` : "log_b");
+    const motion = of(numbered("motion", joint, joints));  // where a and b are learned together
+    const a = motion === none ? of(numbered("a", joint, joints)) : motion;
+    const log_b = of(joints > 1 ? `log_b${joint + 1}${joint + 1}` : "log_b"), b = motion === none ? log_b : motion;
     const path = {q: run.q[joint], v: run.v[joint]};
     const labels = [with_unit(numbered("q", joint, joints), u.q), with_unit(numbered("v", joint, joints), u.v)];
     const cut = joints > 1 ? " The other joints rest at their reference." : "";
     const known = grid.error_a.map((e, k) => [e, grid.sd_a[k]]).filter(p => p[0] !== null && p[1] !== null);
     const covered = known.filter(([e, sd]) => e <= 2 * sd).length / known.length;
-    const bounded = grid.bound_a ?
-        ` It is within its bound, which is to hold at every state at once, on ${
-            percent(grid.error_a.filter((e, k) => e <= grid.bound_a[k]).length / grid.error_a.length)}.` :
-        "";
+    const within = (errors, bounds) => {
+      const told = (bounds || []).map((bound, k) => [errors[k], bound]).filter(p => p[0] !== null && p[1] !== null);
+      return told.length ? ` The error is within its bound, which is to hold at every state at once, on ${
+                               percent(told.filter(([e, bound]) => e <= bound).length / told.length)}.` :
+                           "";
+    };
+    const error_log_b =
+        grid.mean_log_b.map((m, k) => m === null || grid.log_b[k] === null ? null : Math.abs(m - grid.log_b[k]));
     const pair = element("div", {class: "pair"});
     const draw = (key, title, caption, points, unit, over = [0]) =>
         map(pair, title, caption + cut, {q: grid.q, v: grid.v, values: grid[key], over}, labels, unit, path, points);
@@ -34,16 +40,18 @@ const learned = (place, study) => {
     draw(
         "sd_a", "√var[a(x)]",
         `${name}: posterior standard deviation of the drift. The error is within two of them on ${
-            percent(covered)} of the map.${bounded}`,
+            percent(covered)} of the map.${within(grid.error_a, grid.bound_a)}`,
         a, u.a);
     draw(
         "mean_log_b", "E[log b(x)]", `${name}: posterior mean of the logarithm of the input gain.`, b, "",
         [middle - best, middle + best]);
-    draw("sd_log_b", "√var[log b(x)]", `${name}: its posterior standard deviation.`, b, "");
+    draw(
+        "sd_log_b", "√var[log b(x)]",
+        `${name}: its posterior standard deviation.${within(error_log_b, grid.bound_log_b)}`, b, "");
     body.append(pair);
     const caption = `${name}: posterior over log b at the velocity nearest zero, with its band of two standard ` +
         `deviations. Dashed: the truth. Stars: all training points.${cut}`;
-    slice(pair, grid, caption, labels[0], b);
+    slice(pair, grid, caption, labels[0], log_b);
   });
 };
 
