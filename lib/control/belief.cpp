@@ -174,14 +174,19 @@ void Belief::reserve(int more) {
   }
 }
 
-Marginal BeliefMarginals::motion(int i, const JointVector& u) const {
-  if (u.isZero(0.0)) return {drift_mean[i], drift_variance[i]};  // also where a gain is believed to be without bound
-  const double mean = drift_mean[i] + gain_mean.row(i).dot(u);
-  const TermMatrix& joint = covariance[static_cast<std::size_t>(i)];
-  if (joint.size() == 0) return {mean, drift_variance[i] + gain_variance.row(i).dot(u.cwiseAbs2())};
+Marginal Belief::acceleration(int i, const StateVector& x, const JointVector& u) const {
+  const BeliefMarginals believed = predict(x);
+  if (u.isZero(0.0)) {  // also where a gain is believed to be without bound
+    return {believed.drift_mean[i], believed.drift_variance[i]};
+  }
+  const double mean = believed.drift_mean[i] + believed.gain_mean.row(i).dot(u);
+  if (!together()) return {mean, believed.drift_variance[i] + believed.gain_variance.row(i).dot(u.cwiseAbs2())};
   TermVector weights(u.size() + 1);
   weights << 1.0, u;
-  return {mean, std::max(weights.dot(joint * weights), 0.0)};
+  weights[i + 1] *= believed.gain_mean(i, i);  // cov(a, e^l) = E e^l cov(a, l)
+  const double curved =
+      believed.gain_variance(i, i) - std::pow(believed.gain_mean(i, i), 2) * believed.log_gain_variance[i];
+  return {mean, predict(i, x, weights).variance + u[i] * u[i] * curved};
 }
 
 BeliefMarginals Belief::predict(const StateVector& x) const {
@@ -189,12 +194,8 @@ BeliefMarginals Belief::predict(const StateVector& x) const {
   BeliefMarginals result{JointVector(n),    JointVector(n), JointMatrix(n, n),
                          JointMatrix(n, n), JointVector(n), JointVector(n)};
   for (int i = 0; i < n; ++i) {
-    TermMatrix& covariance = result.covariance[static_cast<std::size_t>(i)];
     TermMarginals terms;
-    if (together()) {
-      terms = motion(i).predict_terms(span_of(x));
-      covariance = terms.covariance;
-    }
+    if (together()) terms = motion(i).predict_terms(span_of(x));
     const auto marginal = [&](const std::vector<Posterior>& apart, int slot, int c) {
       return together() ? Marginal{terms.mean[c], terms.covariance(c, c)} : apart[slot].predict(span_of(x));
     };
@@ -207,11 +208,6 @@ BeliefMarginals Belief::predict(const StateVector& x) const {
         result.log_gain_mean[i] = value.mean;
         result.log_gain_variance[i] = value.variance;
         value = exponential_of(value);
-        if (together()) {
-          covariance.row(j + 1) *= value.mean;  // cov(a, e^l) = E e^l cov(a, l)
-          covariance.col(j + 1) *= value.mean;
-          covariance(j + 1, j + 1) = value.variance;
-        }
       }
       result.gain_mean(i, j) = value.mean;
       result.gain_variance(i, j) = value.variance;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,10 +34,6 @@ struct BeliefMarginals {
   JointVector drift_mean, drift_variance;
   JointMatrix gain_mean, gain_variance;
   JointVector log_gain_mean, log_gain_variance;
-  std::array<TermMatrix, kMaxJoints> covariance{};  // of a_i, b_i1, ... of each joint; empty where they are independent
-
-  /// Of q_i'' = a_i + sum_j b_ij u_j.
-  Marginal motion(int i, const JointVector& u) const;
 };
 
 /// Posterior processes over a and b; inputs of all are x = [q, v]. They are apart, each with samples of its own, as in
@@ -70,6 +65,9 @@ class Belief {
 
   /// What weights.f is together, for joint i.
   Marginal predict(int i, const StateVector& x, const TermVector& weights) const;
+
+  /// Of q_i'' = a_i + sum_j b_ij u_j.
+  Marginal acceleration(int i, const StateVector& x, const JointVector& u) const;
 
   const GaussianProcess& drift_prior(int i) const;
   const GaussianProcess& gain_prior(int i, int j) const;

@@ -98,11 +98,10 @@ GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const P
   const int n = belief.joints(), j = probe.column;
   const double u = sample.variance ? sample.input[j] : probing_input(learner, probe, n)[j];
   GainEstimate by_drift{JointVector(n), JointVector(n), false};
-  const BeliefMarginals believed = belief.predict(sample.x);
   JointVector others = sample.input;
   others[j] = 0.0;
   for (int i = 0; i < n; ++i) {
-    const Marginal rest = believed.motion(i, others);
+    const Marginal rest = belief.acceleration(i, sample.x, others);
     const double measured = sample.variance ? (*sample.variance)[i] : 0.0;
     by_drift.value[i] = (sample.acceleration[i] - rest.mean) / u;
     by_drift.variance[i] = (belief.drift_prior(i).noise_variance + rest.variance + measured) / (u * u);

@@ -239,12 +239,12 @@ TEST_CASE("A sample in passing teaches a where b is known, b where a is, and els
   CHECK(open_gain.predict(sample.x).gain_mean(0, 0) == Approx(2.5).epsilon(0.05));              // E a = 0
   for (int k = 0; k < 5; ++k) absorb_in_passing(both, learner, sample);
   const BeliefMarginals learned = both.predict(sample.x);
-  const Marginal motion = learned.motion(0, sample.input);
+  const Marginal motion = both.acceleration(0, sample.x, sample.input);
   CHECK(motion.mean == Approx(5.0).epsilon(0.02));
   CHECK(std::sqrt(motion.variance) < 0.1);
   CHECK(std::sqrt(learned.drift_variance[0]) > 0.5);  // neither is known by itself
   CHECK(std::sqrt(learned.gain_variance(0, 0)) > 0.3);
-  CHECK(learned.covariance[0](0, 1) < 0.0);
+  CHECK(both.motion(0).predict_terms(span_of(sample.x)).covariance(0, 1) < 0.0);
 
   // What is known and does not surprise is no news; what surprises is.
   Belief known = belief_with(1e-4, 1e-5);
@@ -268,16 +268,15 @@ TEST_CASE("Together a probe of b is a sample of a + b u, or where its jump told 
     const Probe probe{n - 1, 0};
     Derivative sample{x, JointVector::Constant(n, 9.0), JointVector::Zero(n), JointVector::Constant(n, 1e-4)};
     sample.input[n - 1] = 2.0;
-    const BeliefMarginals before = belief.predict(x);
-    sample.acceleration = before.drift_mean.array() + 2.0 * 1.7;
+    const Belief before = belief;
+    sample.acceleration = before.predict(x).drift_mean.array() + 2.0 * 1.7;
     CHECK(absorb(belief, learner, probe, sample).taken == n);
-    const BeliefMarginals after = belief.predict(x);
     for (int i = 0; i < n; ++i) {
       INFO(n << " joints, joint " << i);
       CHECK(belief.points(i, Probe::kDrift) == 1);
       CHECK(belief.points(i, n - 1) == 1);
-      CHECK(after.motion(i, sample.input).variance < 0.1 * before.motion(i, sample.input).variance);
-      CHECK(after.covariance[static_cast<std::size_t>(i)](0, n) < 0.0);
+      CHECK(belief.acceleration(i, x, sample.input).variance < 0.1 * before.acceleration(i, x, sample.input).variance);
+      CHECK(belief.motion(i).predict_terms(span_of(x)).covariance(0, n) < 0.0);
     }
     sample.gain = JointVector::Constant(n, 1.7);
     sample.gain_variance = JointVector::Constant(n, 1e-6);
