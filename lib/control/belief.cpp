@@ -92,6 +92,7 @@ void require_within_budget(const Posterior& process) {
 }  // namespace
 
 void Belief::join() {
+  if (together()) return;
   const int n = joints();
   std::vector<Posterior> motion;
   for (int i = 0; i < n; ++i) {

@@ -159,10 +159,10 @@ bool Learning::complete() const {
 }
 
 void Learning::pass(long k) {
-  if (probe_ || k < next_passing_ || !passes(believed_)) return;
+  if (!test_ || probe_ || k < next_passing_) return;
   const int samples = window_samples();
   const long first = k - samples + 1;
-  if (first < used_) return;
+  if (first < used_ || !passes(believed_)) return;  // in this order: at the first call nothing is believed yet
   next_passing_ = k + monitor_calls_;
   const Measured measured = window(first, samples);
   keep_noise(measured);

@@ -79,6 +79,7 @@ TermMarginals SparsePosterior::predict_terms(std::span<const double> x) const {
   root_.topLeftCorner(m, m).triangularView<Eigen::Lower>().solveInPlace(v);
   result.mean = v.transpose() * z_.head(m);
   result.covariance += v.transpose() * v - phi.transpose() * phi;
+  result.covariance.diagonal() = result.covariance.diagonal().cwiseMax(0.0);
   return result;
 }
 
