@@ -129,17 +129,12 @@ Marginal Belief::predict(int i, const StateVector& x, const TermVector& weights)
   return motion(i).predict(span_of(with_weights(x, weights)));
 }
 
-const GaussianProcess& Belief::drift_prior(int i) const {
-  return together() ? term_of(motion(i).prior(), 0) : drift(i).prior();
-}
+const GaussianProcess& Belief::drift_prior(int i) const { return term_of(process(i, -1).prior(), term(-1)); }
 
-const GaussianProcess& Belief::gain_prior(int i, int j) const {
-  return together() ? term_of(motion(i).prior(), j + 1) : gain(i, j).prior();
-}
+const GaussianProcess& Belief::gain_prior(int i, int j) const { return term_of(process(i, j).prior(), term(j)); }
 
 int Belief::points(int i, int column) const {
-  if (together()) return told_[static_cast<std::size_t>(i * (joints() + 1) + column + 1)];
-  return column < 0 ? drift(i).absorbed() : gain(i, column).absorbed();
+  return together() ? told_[static_cast<std::size_t>(i * (joints() + 1) + column + 1)] : process(i, column).absorbed();
 }
 
 int Belief::drift_points() const { return joints() == 0 ? 0 : points(0, -1); }
@@ -175,13 +170,16 @@ void Belief::reserve(int more) {
   }
 }
 
-Marginal Belief::acceleration(int i, const StateVector& x, const JointVector& u) const {
-  const BeliefMarginals believed = predict(x);
-  if (u.isZero(0.0)) {  // also where a gain is believed to be without bound
-    return {believed.drift_mean[i], believed.drift_variance[i]};
-  }
-  const double mean = believed.drift_mean[i] + believed.gain_mean.row(i).dot(u);
-  if (!together()) return {mean, believed.drift_variance[i] + believed.gain_variance.row(i).dot(u.cwiseAbs2())};
+Marginal BeliefMarginals::of_inputs(int i, const JointVector& u) const {
+  if (u.isZero(0.0)) return {};  // also where a gain is believed to be without bound
+  return {gain_mean.row(i).dot(u), gain_variance.row(i).dot(u.cwiseAbs2())};
+}
+
+Marginal Belief::acceleration(const BeliefMarginals& believed, int i, const StateVector& x,
+                              const JointVector& u) const {
+  const Marginal inputs = believed.of_inputs(i, u);
+  const double mean = believed.drift_mean[i] + inputs.mean;
+  if (!together() || u.isZero(0.0)) return {mean, believed.drift_variance[i] + inputs.variance};
   TermVector weights(u.size() + 1);
   weights << 1.0, u;
   weights[i + 1] *= believed.gain_mean(i, i);  // cov(a, e^l) = E e^l cov(a, l)
@@ -197,14 +195,15 @@ BeliefMarginals Belief::predict(const StateVector& x) const {
   for (int i = 0; i < n; ++i) {
     TermMarginals terms;
     if (together()) terms = motion(i).predict_terms(span_of(x));
-    const auto marginal = [&](const std::vector<Posterior>& apart, int slot, int c) {
-      return together() ? Marginal{terms.mean[c], terms.covariance(c, c)} : apart[slot].predict(span_of(x));
+    const auto marginal = [&](int column) {
+      const int c = term(column);
+      return together() ? Marginal{terms.mean[c], terms.covariance(c, c)} : process(i, column).predict(span_of(x));
     };
-    const Marginal drift = marginal(drift_, i, 0);
+    const Marginal drift = marginal(-1);
     result.drift_mean[i] = drift.mean;
     result.drift_variance[i] = drift.variance;
     for (int j = 0; j < n; ++j) {
-      Marginal value = marginal(gain_, i * n + j, j + 1);
+      Marginal value = marginal(j);
       if (i == j) {
         result.log_gain_mean[i] = value.mean;
         result.log_gain_variance[i] = value.variance;

@@ -34,6 +34,9 @@ struct BeliefMarginals {
   JointVector drift_mean, drift_variance;
   JointMatrix gain_mean, gain_variance;
   JointVector log_gain_mean, log_gain_variance;
+
+  /// Of sum_j b_ij u_j, the b_ij being independent.
+  Marginal of_inputs(int i, const JointVector& u) const;
 };
 
 /// Posterior processes over a and b; inputs of all are x = [q, v]. They are apart, each with samples of its own, as in
@@ -54,7 +57,7 @@ class Belief {
   Posterior& gain(int i, int j) { return gain_[i * joints() + j]; }
   const Posterior& gain(int i, int j) const { return gain_[i * joints() + j]; }
 
-  /// From here on together. Throws NumericalError where a process is over its budget.
+  /// From here on together, if it was not. Throws NumericalError where a process is over its budget.
   void join();
   bool together() const { return !motion_.empty(); }
   Posterior& motion(int i) { return motion_[i]; }
@@ -66,8 +69,15 @@ class Belief {
   /// What weights.f is together, for joint i.
   Marginal predict(int i, const StateVector& x, const TermVector& weights) const;
 
-  /// Of q_i'' = a_i + sum_j b_ij u_j.
-  Marginal acceleration(int i, const StateVector& x, const JointVector& u) const;
+  /// Of q_i'' = a_i + sum_j b_ij u_j at x, where this is `believed`.
+  Marginal acceleration(const BeliefMarginals& believed, int i, const StateVector& x, const JointVector& u) const;
+
+  /// The process that a_i (column -1) or b_ij is learned by, and its term there.
+  Posterior& process(int i, int column) { return together() ? motion_[i] : column < 0 ? drift(i) : gain(i, column); }
+  const Posterior& process(int i, int column) const {
+    return together() ? motion_[i] : column < 0 ? drift(i) : gain(i, column);
+  }
+  int term(int column) const { return together() ? column + 1 : 0; }
 
   const GaussianProcess& drift_prior(int i) const;
   const GaussianProcess& gain_prior(int i, int j) const;
@@ -78,8 +88,7 @@ class Belief {
   /// Calls f(i, column, process, its term) for each a_i and b_ij, column -1 for a_i.
   void for_each(auto&& f) {
     for (int i = 0; i < joints(); ++i) {
-      f(i, -1, together() ? motion(i) : drift(i), 0);
-      for (int j = 0; j < joints(); ++j) f(i, j, together() ? motion(i) : gain(i, j), together() ? j + 1 : 0);
+      for (int column = -1; column < joints(); ++column) f(i, column, process(i, column), term(column));
     }
   }
 

@@ -67,12 +67,6 @@ namespace {
 
 std::span<const double> span_of(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
-/// What inputs are believed to do to joint i.
-Marginal of_inputs(const BeliefMarginals& believed, int i, const JointVector& u) {
-  if (u.isZero(0.0)) return {};  // also where a gain is believed to be without bound
-  return {believed.gain_mean.row(i).dot(u), believed.gain_variance.row(i).dot(u.cwiseAbs2())};
-}
-
 /// Extends a process by one sample, with a noise of its own where it has one, and notes in slot i how surprising it
 /// was, (y - E y) / sd y; a sample that cannot be taken is skipped.
 void learn(Posterior& process, int i, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {
@@ -98,10 +92,11 @@ GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const P
   const int n = belief.joints(), j = probe.column;
   const double u = sample.variance ? sample.input[j] : probing_input(learner, probe, n)[j];
   GainEstimate by_drift{JointVector(n), JointVector(n), false};
+  const BeliefMarginals believed = belief.predict(sample.x);
   JointVector others = sample.input;
   others[j] = 0.0;
   for (int i = 0; i < n; ++i) {
-    const Marginal rest = belief.acceleration(i, sample.x, others);
+    const Marginal rest = belief.acceleration(believed, i, sample.x, others);
     const double measured = sample.variance ? (*sample.variance)[i] : 0.0;
     by_drift.value[i] = (sample.acceleration[i] - rest.mean) / u;
     by_drift.variance[i] = (belief.drift_prior(i).noise_variance + rest.variance + measured) / (u * u);
@@ -114,6 +109,11 @@ GainEstimate estimate_gain(const Belief& belief, const Learner& learner, const P
 }
 
 namespace {
+
+/// Whether an estimate is refused: of b_jj something positive is asked.
+bool refused(const GainEstimate& gain, int column) {
+  return !(gain.value[column] > 0.0) || !std::isfinite(gain.value[column]);
+}
 
 /// A sample of one joint's weighted sum.
 struct SumSample {
@@ -151,7 +151,7 @@ Absorbed absorb_together(Belief& belief, const Learner& learner, const std::opti
   GainEstimate gain;
   if (column != Probe::kDrift) {
     gain = estimate_gain(belief, learner, *probe, sample);
-    if (!(gain.value[column] > 0.0) || !std::isfinite(gain.value[column])) return {1, 0, 0, JointVector()};
+    if (refused(gain, column)) return {1, 0, 0, JointVector()};
   }
   for (int i = 0; i < n; ++i) {
     const std::optional<double> log_gain = i == column ? std::optional(std::log(gain.value[i])) : std::nullopt;
@@ -184,7 +184,7 @@ Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, cons
   if (probe.column == Probe::kDrift) {
     const BeliefMarginals believed = belief.predict(sample.x);
     for (int i = 0; i < n; ++i) {
-      const Marginal late = of_inputs(believed, i, sample.input);  // what was held before and still acts
+      const Marginal late = believed.of_inputs(i, sample.input);  // what was held before and still acts
       const double target = sample.acceleration[i] - late.mean;
       std::optional<double> noise;
       if (sample.variance) noise = belief.drift(i).prior().noise_variance + (*sample.variance)[i] + late.variance;
@@ -194,15 +194,15 @@ Absorbed absorb(Belief& belief, const Learner& learner, const Probe& probe, cons
   }
 
   const int j = probe.column;
-  const auto [estimate, variance, by_jump] = estimate_gain(belief, learner, probe, sample);
-  if (!(estimate[j] > 0.0) || !std::isfinite(estimate[j])) return {1, 0, 0, JointVector()};
+  const GainEstimate estimate = estimate_gain(belief, learner, probe, sample);
+  if (refused(estimate, j)) return {1, 0, 0, JointVector()};
   for (int i = 0; i < n; ++i) {
     Posterior& gain = belief.gain(i, j);
-    const double target = i == j ? std::log(estimate[i]) : estimate[i];
-    const double squared = i == j ? estimate[i] * estimate[i] : 1.0;
+    const double value = estimate.value[i], variance = estimate.variance[i] / (i == j ? value * value : 1.0);
+    const double target = i == j ? std::log(value) : value;
     std::optional<double> noise;
-    if (learner.gain_noise == GainNoise::propagated) noise = variance[i] / squared;
-    if (sample.variance) noise = variance[i] / squared + gain.prior().noise_variance;
+    if (learner.gain_noise == GainNoise::propagated) noise = variance;
+    if (sample.variance) noise = variance + gain.prior().noise_variance;
     learn(gain, i, sample.x, target, noise, result);
   }
   return result;

@@ -35,14 +35,14 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
     for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
     timing_ = setup_.timings ? TimingEstimate(*setup_.timings)
                              : TimingEstimate(n, window->longest_delay, dt, setup_.positions_only);
-    const long late = std::lround(std::ceil(std::max(window->longest_delay, timing_.latest().together()) / dt));
+    const long late = std::lround(std::ceil(std::max(window->longest_delay, latest(timing_.best()).together()) / dt));
     capacity = 2L * longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
   }
   if (const auto& monitor = setup_.learner.monitor) {
     monitor_calls_ = std::max(1L, std::lround(monitor->period / dt));
     more += setup_.calls / monitor_calls_ + 1;
     test_.emplace(monitor->false_alarm_rate);
-    if (!belief_.together()) belief_.join();
+    belief_.join();
     begun_ = belief_;
     record_.monitored = true;
   }
@@ -145,7 +145,7 @@ bool Learning::vague(const BeliefMarginals& believed) const {
 
 /// The first call that shows the motion before a probe's jump: while all inputs were 0 where there are several.
 long Learning::before(const Probe& probe) const {
-  const long late = timing_.known() ? std::lround(timing_.latest().delay / setup_.control_period) : waiting();
+  const long late = timing_.known() ? std::lround(latest(timing_.best()).delay / setup_.control_period) : waiting();
   if (probe_lead_ > 0) return probe.start + probe_wait_;
   const long as_long = std::max<long>(kBeforeProbe, window_samples() / 2);
   return std::max(probe.start - as_long, late);

@@ -148,6 +148,11 @@ JumpFit fit_jump(const History& history, int input, long first, long last, doubl
   return fit;
 }
 
+Timing latest(const Timings& timings) {
+  const auto later = [](const Timing& a, const Timing& b) { return a.together() < b.together(); };
+  return timings.empty() ? Timing{} : *std::max_element(timings.begin(), timings.end(), later);
+}
+
 TimingEstimate::TimingEstimate(int inputs, double longest, double dt, bool positions_only)
     : dt_(dt), positions_only_(positions_only), best_(static_cast<std::size_t>(inputs)) {
   // Whole pieces, and no more than so many: a probe asks each of them.
@@ -203,11 +208,6 @@ void TimingEstimate::add(const History& history, long first, long last) {
     if (apart > 1.1 * dt_) other = std::max(other, told.log_likelihood[g]);
   }
   told.known = ++told.probes >= kEnoughProbes || highest - other > kTold;
-}
-
-Timing TimingEstimate::latest() const {
-  const auto later = [](const Timing& a, const Timing& b) { return a.together() < b.together(); };
-  return best_.empty() ? Timing{} : *std::max_element(best_.begin(), best_.end(), later);
 }
 
 bool TimingEstimate::known() const {

@@ -38,6 +38,9 @@ struct Timing {
 /// Of each input.
 using Timings = std::vector<Timing>;
 
+/// The one that acts last.
+Timing latest(const Timings& timings);
+
 /// The last measured states and held inputs of a run, by the number of the control call.
 class History {
  public:
@@ -131,9 +134,6 @@ class TimingEstimate {
   void add(const History& history, long first, long last);
 
   const Timings& best() const { return best_; }
-
-  /// The latest of them.
-  Timing latest() const;
 
   /// Whether the probes have told the delays of every input apart.
   bool known() const;

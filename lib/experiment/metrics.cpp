@@ -54,7 +54,7 @@ double if_any(int count) { return count > 0 ? count : kNotApplicable; }
 
 double estimated_delay(const LoopResult& result) {
   const auto& timings = result.learning.timings;
-  return timings ? TimingEstimate(*timings).latest().together() : kNotApplicable;
+  return timings ? latest(*timings).together() : kNotApplicable;
 }
 
 /// Microseconds of a control call that a share of them does not exceed.

@@ -192,8 +192,9 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
   const double risk = (1.0 - *grid.confidence) / (2 * n);
   const Adaptive* adaptive = adaptive_of(study, controller);
   const Tuning& tuning = adaptive != nullptr && adaptive->tuning ? *adaptive->tuning : study.tuning;
-  const auto bounds = [&](const Posterior& process, int column, const std::string& name) {
-    const int term = belief.together() ? column + 1 : 0;
+  const auto bounds = [&](int column, const std::string& name) {
+    const Posterior& process = belief.process(joint, column);
+    const int term = belief.term(column);
     const bool known =
         tuning.when == TuneWhen::never && as_specified(study, adaptive, term_of(process.prior(), term), joint, column);
     if (!known && process.over_budget()) {
@@ -209,9 +210,7 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
     }
     return uniform_bounds(process, possible, box, known ? risk : 0.5 * risk, states, term);
   };
-  const bool together = belief.together();
-  return {bounds(together ? belief.motion(joint) : belief.drift(joint), -1, "a"),
-          bounds(together ? belief.motion(joint) : belief.gain(joint, joint), joint, "log_b")};
+  return {bounds(-1, "a"), bounds(joint, "log_b")};
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ struct Factored {
 
 Factored factored(const GaussianProcess& prior, const Posterior& data) {
   const int n = data.size();
-  Factored result{Eigen::MatrixXd(n, n), residuals(prior, data)};
+  Factored result{Eigen::MatrixXd(n, n), {}};
   Eigen::MatrixXd& covariance = result.factor;
   for (int i = 0; i < n; ++i) {
     const Eigen::VectorXd x = data.inputs().points().row(i);
@@ -70,7 +70,7 @@ Factored factored(const GaussianProcess& prior, const Posterior& data) {
   if (factor.info() != Eigen::Success || !covariance.diagonal().allFinite()) {
     throw NumericalError("the covariance matrix of " + std::to_string(n) + " samples is not positive definite");
   }
-  const Eigen::VectorXd rest = result.alpha;
+  const Eigen::VectorXd rest = residuals(prior, data);
   result.alpha = factor.solve(rest);
   result.value = -0.5 * rest.dot(result.alpha) - covariance.diagonal().array().log().sum() -
                  0.5 * n * std::log(2.0 * std::numbers::pi);
@@ -328,7 +328,7 @@ EvidenceSummary maximize_evidence(const GaussianProcess& prior, const Posterior&
   const FreeParameters free = free_parameters(candidate, data, options, term);
   best.prior = candidate;
   if (free.values.empty() || data.size() == 0) {
-    best.value = evidence(candidate, data).value;
+    best.value = log_evidence(candidate, data);
     best.converged = true;
     return best;
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -31,8 +33,7 @@ struct GaussianProcess {
     field("budget", self.budget,
           {between(4, kMostBudget), "",
            "samples that are kept as they are; more are absorbed by a sparse process of so many inputs; null: all. "
-           "With a "
-           "learner.monitor those of a and b add up"});
+           "With a learner.monitor those of a and b add up"});
     field("kernel", self.kernel, {.text = "covariance of the function", .required = true});
   }
 
@@ -66,6 +67,17 @@ inline const GaussianProcess& term_of(const GaussianProcess& prior, int term) {
 }
 inline GaussianProcess& term_of(GaussianProcess& prior, int term) {
   return prior.terms.empty() ? prior : prior.terms[static_cast<std::size_t>(term)];
+}
+
+/// Calls f(c, (x, e_c)) for each term: the inputs at which a weighted sum is f_c(x). `x` is without weights.
+void for_each_term(const GaussianProcess& sum, std::span<const double> x, auto&& f) {
+  std::array<double, kMostInputs> input{};
+  std::copy(x.begin(), x.end(), input.begin());
+  for (std::size_t c = 0; c < sum.terms.size(); ++c) {
+    input[x.size() + c] = 1.0;
+    f(static_cast<int>(c), std::span<const double>(input.data(), x.size() + sum.terms.size()));
+    input[x.size() + c] = 0.0;
+  }
 }
 
 /// Prior variance of f(x).

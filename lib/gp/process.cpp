@@ -1,7 +1,6 @@
 #include "gp/process.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -121,14 +120,10 @@ TermMarginals Posterior::predict_terms(std::span<const double> x) const {
   }
   const int padded = factor_.padded_size(), room = padded + GrowingCholesky::kPanel;
   scratch(static_cast<std::size_t>(room) * static_cast<std::size_t>(terms));  // one piece for all columns
-  std::array<double, kMostInputs> at{};
-  std::copy(x.begin(), x.end(), at.begin());
-  for (int c = 0; c < terms; ++c) {
-    at[x.size() + static_cast<std::size_t>(c)] = 1.0;
-    factor_.solve_lower(covariances({at.data(), static_cast<std::size_t>(dimension())}, c));
-    at[x.size() + static_cast<std::size_t>(c)] = 0.0;
+  for_each_term(prior_, x, [&](int c, std::span<const double> input) {
+    factor_.solve_lower(covariances(input, c));
     result.covariance(c, c) = variance(term_of(prior_, c), x);
-  }
+  });
   const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> v(scratch(0), padded, terms,
                                                                      Eigen::OuterStride<>(room));
   const Eigen::Map<const Eigen::VectorXd> z(z_.data(), padded);

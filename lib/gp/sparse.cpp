@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -66,15 +65,11 @@ TermMarginals SparsePosterior::predict_terms(std::span<const double> x) const {
   const int m = size(), terms = static_cast<int>(prior_.terms.size());
   TermMarginals result{TermVector::Zero(terms), TermMatrix::Zero(terms, terms)};
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMostTerms> phi(m, terms), v(m, terms);
-  std::array<double, kMostInputs> at{};
-  std::copy(x.begin(), x.end(), at.begin());
-  for (int c = 0; c < terms; ++c) {
-    at[x.size() + static_cast<std::size_t>(c)] = 1.0;
-    const Features features = this->features(at.data());
-    at[x.size() + static_cast<std::size_t>(c)] = 0.0;
-    phi.col(c) = features.phi;
-    result.covariance(c, c) = features.variance;
-  }
+  for_each_term(prior_, x, [&](int c, std::span<const double> input) {
+    const Features at = features(input.data());
+    phi.col(c) = at.phi;
+    result.covariance(c, c) = at.variance;
+  });
   v = phi;
   root_.topLeftCorner(m, m).triangularView<Eigen::Lower>().solveInPlace(v);
   result.mean = v.transpose() * z_.head(m);

@@ -124,7 +124,7 @@ TEST_CASE("Processes that are joined say what they said apart, and keep their sa
         CHECK(value.drift_mean[i] == Approx(expected.drift_mean[i]).epsilon(1e-9));
         CHECK(value.drift_variance[i] == Approx(expected.drift_variance[i]).epsilon(1e-9));
         CHECK(value.log_gain_mean[i] == Approx(expected.log_gain_mean[i]).epsilon(1e-9));
-        const Marginal motion = left.acceleration(i, x, u), other = right.acceleration(i, x, u);
+        const Marginal motion = left.acceleration(value, i, x, u), other = right.acceleration(expected, i, x, u);
         CHECK(motion.mean == Approx(other.mean).epsilon(1e-9));
         CHECK(motion.variance == Approx(other.variance).epsilon(1e-9));
         for (int j = 0; j < n; ++j) {

@@ -239,7 +239,7 @@ TEST_CASE("A sample in passing teaches a where b is known, b where a is, and els
   CHECK(open_gain.predict(sample.x).gain_mean(0, 0) == Approx(2.5).epsilon(0.05));              // E a = 0
   for (int k = 0; k < 5; ++k) absorb_in_passing(both, learner, sample);
   const BeliefMarginals learned = both.predict(sample.x);
-  const Marginal motion = both.acceleration(0, sample.x, sample.input);
+  const Marginal motion = both.acceleration(learned, 0, sample.x, sample.input);
   CHECK(motion.mean == Approx(5.0).epsilon(0.02));
   CHECK(std::sqrt(motion.variance) < 0.1);
   CHECK(std::sqrt(learned.drift_variance[0]) > 0.5);  // neither is known by itself
@@ -275,7 +275,8 @@ TEST_CASE("Together a probe of b is a sample of a + b u, or where its jump told 
       INFO(n << " joints, joint " << i);
       CHECK(belief.points(i, Probe::kDrift) == 1);
       CHECK(belief.points(i, n - 1) == 1);
-      CHECK(belief.acceleration(i, x, sample.input).variance < 0.1 * before.acceleration(i, x, sample.input).variance);
+      CHECK(belief.acceleration(belief.predict(x), i, x, sample.input).variance <
+            0.1 * before.acceleration(before.predict(x), i, x, sample.input).variance);
       CHECK(belief.motion(i).predict_terms(span_of(x)).covariance(0, n) < 0.0);
     }
     sample.gain = JointVector::Constant(n, 1.7);

@@ -163,9 +163,8 @@ TEST_CASE("After a run on a machine of its priors both errors are within their u
   for (int draw = 1000; draw < 1000 + kRuns; ++draw) {
     const auto any_leaves = [&](const Learned& result, std::optional<double> sds) {
       const Belief& belief = result.belief;
-      const bool together = belief.together();
-      return leaves(together ? belief.motion(0) : belief.drift(0), 0, result.drift, sds) ||
-             leaves(together ? belief.motion(0) : belief.gain(0, 0), 1, result.log_gain, sds);
+      return leaves(belief.process(0, -1), belief.term(-1), result.drift, sds) ||
+             leaves(belief.process(0, 0), belief.term(0), result.log_gain, sds);
     };
     const Learned probed = learn_from(right_prior(), Belief(right_prior(), 1), draw, std::nullopt);
     beyond += any_leaves(probed, {}) ? 1 : 0;

@@ -18,13 +18,15 @@ const learned = (place, study) => {
     const path = {q: run.q[joint], v: run.v[joint]};
     const labels = [with_unit(numbered("q", joint, joints), u.q), with_unit(numbered("v", joint, joints), u.v)];
     const cut = joints > 1 ? " The other joints rest at their reference." : "";
-    const known = grid.error_a.map((e, k) => [e, grid.sd_a[k]]).filter(p => p[0] !== null && p[1] !== null);
-    const covered = known.filter(([e, sd]) => e <= 2 * sd).length / known.length;
+    // The share of the states at which both are known; NaN where there is none.
+    const share = (errors, limits, factor = 1) => {
+      const known = (limits || []).map((limit, k) => [errors[k], limit]).filter(p => p[0] !== null && p[1] !== null);
+      return known.filter(([e, limit]) => e <= factor * limit).length / known.length;
+    };
+    const covered = share(grid.error_a, grid.sd_a, 2);
     const within = (errors, bounds) => {
-      const told = (bounds || []).map((bound, k) => [errors[k], bound]).filter(p => p[0] !== null && p[1] !== null);
-      return told.length ? ` The error is within its bound, which is to hold at every state at once, on ${
-                               percent(told.filter(([e, bound]) => e <= bound).length / told.length)}.` :
-                           "";
+      const held = share(errors, bounds), what = "its bound, which is to hold at every state at once";
+      return isNaN(held) ? "" : ` The error is within ${what}, on ${percent(held)}.`;
     };
     const error_log_b =
         grid.mean_log_b.map((m, k) => m === null || grid.log_b[k] === null ? null : Math.abs(m - grid.log_b[k]));
