@@ -5,7 +5,7 @@
 namespace bayesctrl {
 
 /// Most joints, and most inputs, of a machine. Vectors below live on the stack: the control step allocates nothing.
-inline constexpr int kMaxJoints = 4;
+inline constexpr int kMaxJoints = 7;
 
 /// One value per joint or per input; the number of joints may be a constant.
 template <int kJoints>

@@ -14,20 +14,24 @@ constexpr double kNews = 2.0;        // standard deviations beyond which a sampl
 
 }  // namespace
 
-bool uncertain(const BeliefMarginals& belief, int column, double threshold) {
+bool uncertain(const Learner& learner, const BeliefMarginals& belief, int column, double thresholds) {
+  const double threshold = thresholds * learner.gain_threshold;
   bool any = belief.log_gain_variance[column] > threshold;
   for (int i = 0; i < belief.log_gain_variance.size(); ++i) {
-    any = any || (i != column && belief.gain_variance(i, column) > threshold);
+    const double scale = learner.monitor ? std::exp(belief.log_gain_mean[i] + belief.log_gain_mean[column]) : 1.0;
+    any = any || (i != column && belief.gain_variance(i, column) > threshold * scale);
   }
   return any;
 }
 
 std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& tolerated,
-                            int last, long step) {
+                            int last, long step, std::bitset<kMaxJoints> wanted) {
   const bool in_turn = learner.order == ProbeOrder::in_turn;
   const auto n = static_cast<int>(belief.drift_variance.size());
   const auto due = [&](int column) {
-    if (column != Probe::kDrift) return uncertain(belief, column, learner.gain_threshold);
+    if (column != Probe::kDrift) {
+      return wanted[static_cast<std::size_t>(column)] || uncertain(learner, belief, column);
+    }
     bool any = false;
     for (int i = 0; i < n; ++i) {
       any = any || belief.drift_variance[i] > std::max(learner.drift_threshold, tolerated[i]);
@@ -121,15 +125,17 @@ struct SumSample {
   double target, noise;
 };
 
-/// q_i'' = a_i + sum_j b_ij u_j as one, e^l of l = log b_ii being linearised at `at`, or else where l is believed to
-/// be: its curvature there is part of the target and of the noise.
+/// q_i'' = a_i + sum_j b_ij u_j as one, e^l of l = log b_ii being linearised where l is believed to be, together with
+/// what the sample itself says of it, `told`: its curvature there is part of the target and of the noise.
 SumSample linearised(const Belief& belief, const BeliefMarginals& believed, int i, const Derivative& sample,
-                     const JointVector& u, std::optional<double> at) {
+                     const JointVector& u, const std::optional<Marginal>& told) {
   SumSample result{TermVector(u.size() + 1), sample.acceleration[i], belief.drift_prior(i).noise_variance};
   if (sample.variance) result.noise += (*sample.variance)[i];
   result.weights << 1.0, u;
   if (u[i] != 0.0) {
-    const double l = at.value_or(believed.log_gain_mean[i]), open = at ? 0.0 : believed.log_gain_variance[i];
+    const double share = told ? believed.log_gain_variance[i] / (believed.log_gain_variance[i] + told->variance) : 0.0;
+    const double l = believed.log_gain_mean[i] + (told ? share * (told->mean - believed.log_gain_mean[i]) : 0.0);
+    const double open = (1.0 - share) * believed.log_gain_variance[i];
     const double slope = u[i] * std::exp(l);
     result.weights[i + 1] = slope;
     result.target -= slope * (1.0 - l + 0.5 * open);
@@ -154,12 +160,17 @@ Absorbed absorb_together(Belief& belief, const Learner& learner, const std::opti
     if (refused(gain, column)) return {1, 0, 0, JointVector()};
   }
   for (int i = 0; i < n; ++i) {
-    const std::optional<double> log_gain = i == column ? std::optional(std::log(gain.value[i])) : std::nullopt;
-    SumSample told = linearised(belief, believed, i, sample, u, log_gain);
+    std::optional<Marginal> estimate;  // of b_ij, or of log b_ii
+    if (column != Probe::kDrift) {
+      const double value = gain.value[i], variance = gain.variance[i];
+      estimate = i == column ? Marginal{std::log(value), variance / (value * value)} : Marginal{value, variance};
+    }
+    SumSample told;
     if (gain.by_jump) {
-      const double scale = i == column ? 1.0 / (gain.value[i] * gain.value[i]) : 1.0;
-      told = {TermVector::Unit(n + 1, column + 1), log_gain.value_or(gain.value[i]),
-              gain.variance[i] * scale + belief.gain_prior(i, column).noise_variance};
+      told = {TermVector::Unit(n + 1, column + 1), estimate->mean,
+              estimate->variance + belief.gain_prior(i, column).noise_variance};
+    } else {
+      told = linearised(belief, believed, i, sample, u, i == column ? estimate : std::nullopt);
     }
     const Marginal before = belief.predict(i, sample.x, told.weights);
     result.surprises[i] = (told.target - before.mean) / std::sqrt(before.variance + told.noise);

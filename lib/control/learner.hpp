@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -48,13 +49,18 @@ struct Learner {
     field("drift_threshold", self.drift_threshold,
           {kPositive, "(rad/s^2)^2", "learn a where its latent variance exceeds this, theta_a", kRequired});
     field("gain_threshold", self.gain_threshold,
-          {kPositive, "nat^2", "learn b_j where the latent variance of log b_jj exceeds this, theta_b", kRequired});
+          {kPositive, "nat^2",
+           "learn b_j where the latent variance of log b_jj exceeds this, theta_b, or that of a b_ij (with a monitor "
+           "over b_ii b_jj)",
+           kRequired});
     field("probing_input", self.probing_input,
           {kAny, "unit of u", "u_j of the probe of b_j, one or one per input", kRequired});
     field("schedule", self.schedule, {.text = "count the period from t = 0 or from the end of the last probe"});
     field("hold_periods", self.hold_periods,
           {between(2, 1000), "", "control periods for which a probe holds its input"});
-    field("gain_noise", self.gain_noise, {.text = "noise of a sample of log b: the prior's, or propagated from var a"});
+    field(
+        "gain_noise", self.gain_noise,
+        {.text = "noise of a sample of log b: the prior's, or propagated from var a; over windows always propagated"});
     field(
         "order", self.order,
         {.text = "probe a until it is certain, or a and each column of b in turn, a where a sample would be worth it"});
@@ -86,14 +92,15 @@ struct Probe {
   long start = 0;
 };
 
-/// Whether a column of b is uncertain: log b_jj or, beside the diagonal, a b_ij has a variance above `threshold`.
-bool uncertain(const BeliefMarginals& belief, int column, double threshold);
+/// Whether a column of b is uncertain by so many `thresholds`: the variance of log b_jj or, beside the diagonal, that
+/// of b_ij; with a monitor that of b_ij over b_ii b_jj: for an inverse inertia |b_ij| < sqrt(b_ii b_jj).
+bool uncertain(const Learner& learner, const BeliefMarginals& belief, int column, double thresholds = 1.0);
 
 /// What the learner decides at a learning instant: the drift where it is uncertain, else the first uncertain column of
 /// b, else nothing; in turn the first that is uncertain after the column `last`. The drift's threshold is not below
-/// `tolerated`, a variance for each joint.
+/// `tolerated`, a variance for each joint; columns of b that are `wanted` are as if they were uncertain.
 std::optional<Probe> decide(const Learner& learner, const BeliefMarginals& belief, const JointVector& tolerated,
-                            int last, long step);
+                            int last, long step, std::bitset<kMaxJoints> wanted = {});
 
 /// The input that a probe holds: 0 for the drift, u_j e_j for column j.
 JointVector probing_input(const Learner& learner, const Probe& probe, int inputs);

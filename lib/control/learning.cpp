@@ -11,11 +11,13 @@ namespace {
 
 constexpr long kRest = 5;              // times the length of a probe, until the next
 constexpr int kLeastTuned = 3;         // samples of a process that are tuned after an alarm
-constexpr int kTimedProbes = 8;        // for each joint, of which the timing is estimated
+constexpr int kTimedProbes = 8;        // for each joint, that tell of the timing
+constexpr int kAskedProbes = 16;       // for each joint, after which none is probed for its timing alone
 constexpr long kBeforeProbe = 6;       // calls before a probe that show its jump
 constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows that a new one is weighed against
 constexpr long kMostReserved = 4000;   // samples that there is room for from the start
-constexpr double kVagueGain = 4.0;     // thresholds: with less known of b nothing is learned in passing
+constexpr double kVagueGain = 10.0;    // thresholds: until that much is known of b it is probed,
+constexpr double kLostGain = 25.0;     // and again where the machine has come to where so little is known
 
 }  // namespace
 
@@ -58,6 +60,7 @@ BeliefMarginals Learning::see(long k, const StateVector& seen, const JointVector
   finish_probe(k);
   pass(k);
   believed_ = belief_.predict(seen);
+  passes_ = test_ && timing_.known() && !vague(believed_);
   start_probe(error, k);
   return believed_;
 }
@@ -70,6 +73,7 @@ JointVector Learning::input() const {
 void Learning::finish() {
   if (setup_.tuning.when == TuneWhen::at_end) {
     count(tune(belief_, setup_.tuning, random_));
+    if (test_) replay();
   }
   if (!fits_.empty() && timing_.known()) record_.timings = timing_.best();
 }
@@ -117,9 +121,9 @@ void Learning::end_probe(long k) {
 /// Asks the running probe, once, how late its input acted.
 void Learning::time_probe(long k) {
   if (probe_timed_ || timed_probes_ >= kTimedProbes * belief_.joints()) return;
-  timing_.add(history_, before(*probe_), k);
   probe_timed_ = true;
-  ++timed_probes_;
+  ++asked_probes_;
+  if (timing_.add(history_, before(*probe_), k)) ++timed_probes_;
 }
 
 /// Variance of a sample, over the one that is asked for; above 1 a probe is held longer.
@@ -130,22 +134,20 @@ double Learning::inaccuracy(const Derivative& sample) const {
   return value > 0.0 ? variance / (asked_gain_variance(setup_.learner) * value * value) : kInfinity;
 }
 
-/// Whether q'' is learned in passing, and nothing probed: b is known well enough, and how late inputs act.
-bool Learning::passes(const BeliefMarginals& believed) const { return test_ && timing_.known() && !vague(believed); }
-
 /// Whether too little is known of b for learning in passing.
 bool Learning::vague(const BeliefMarginals& believed) const {
-  if (!complete()) return true;
   bool any = false;
   for (int j = 0; j < belief_.joints(); ++j) {
-    any = any || uncertain(believed, j, kVagueGain * setup_.learner.gain_threshold);
+    any = any || uncertain(setup_.learner, believed, j, passes_ ? kLostGain : kVagueGain);
   }
   return any;
 }
 
 /// The first call that shows the motion before a probe's jump: while all inputs were 0 where there are several.
 long Learning::before(const Probe& probe) const {
-  const long late = timing_.known() ? std::lround(latest(timing_.best()).delay / setup_.control_period) : waiting();
+  double delay = 0.0;
+  for (const Timing& timing : timing_.best()) delay = std::max(delay, timing.delay);
+  const long late = timing_.known() ? std::lround(delay / setup_.control_period) : waiting();
   if (probe_lead_ > 0) return probe.start + probe_wait_;
   const long as_long = std::max<long>(kBeforeProbe, window_samples() / 2);
   return std::max(probe.start - as_long, late);
@@ -159,10 +161,10 @@ bool Learning::complete() const {
 }
 
 void Learning::pass(long k) {
-  if (!test_ || probe_ || k < next_passing_) return;
+  if (!passes_ || probe_ || k < next_passing_) return;
   const int samples = window_samples();
   const long first = k - samples + 1;
-  if (first < used_ || !passes(believed_)) return;  // in this order: at the first call nothing is believed yet
+  if (first < used_) return;
   next_passing_ = k + monitor_calls_;
   const Measured measured = window(first, samples);
   keep_noise(measured);
@@ -171,8 +173,11 @@ void Learning::pass(long k) {
 
 void Learning::start_probe(const JointVector& error, long k) {
   if (k < next_instant_) return;
-  if (!probe_ && k < setup_.calls && !passes(believed_)) {
-    probe_ = decide(setup_.learner, believed_, tolerated(error), last_probed_, k);
+  if (!probe_ && k < setup_.calls && !passes_) {
+    std::bitset<kMaxJoints> untimed;  // inputs of which it is asked, and not known, how late they act
+    const bool asks = test_ && asked_probes_ < kAskedProbes * belief_.joints();
+    for (int j = 0; j < belief_.joints(); ++j) untimed[static_cast<std::size_t>(j)] = asks && !timing_.known(j);
+    probe_ = decide(setup_.learner, believed_, tolerated(error), last_probed_, k, untimed);
     if (probe_) last_probed_ = probe_->column;
     probe_wait_ = waiting();
     // The inputs of several joints must not jump together: before one is probed all are 0 for a while.
@@ -297,8 +302,10 @@ Learning::Measured Learning::window(long first, int samples) const {
 }
 
 Absorbed Learning::absorb(const Sample& sample) {
-  return sample.probe ? bayesctrl::absorb(belief_, setup_.learner, *sample.probe, sample.measured)
-                      : absorb_in_passing(belief_, setup_.learner, sample.measured);
+  if (sample.probe) return bayesctrl::absorb(belief_, setup_.learner, *sample.probe, sample.measured);
+  const Absorbed absorbed = absorb_in_passing(belief_, setup_.learner, sample.measured);
+  if (absorbed.taken > 0) ++record_.passing_samples;
+  return absorbed;
 }
 
 void Learning::learn(const Sample& sample, long k) {
@@ -307,7 +314,6 @@ void Learning::learn(const Sample& sample, long k) {
   if (test_) keep(sample);
   record_.refused_gain_estimates += absorbed.refused;
   record_.skipped_samples += absorbed.skipped;
-  if (!sample.probe && absorbed.taken > 0) ++record_.passing_samples;
   bool alarm = false;
   for (const double z : absorbed.surprises) alarm = (test_ && (*test_)(z)) || alarm;
   if (alarm) {
@@ -375,6 +381,7 @@ void Learning::replay() {
   if (over_budget()) return;
   belief_ = belief_.with_samples(begun_);
   belief_.reserve(capacity_);
+  record_.passing_samples = 0;
   for (const Sample& sample : samples_) absorb(sample);
 }
 

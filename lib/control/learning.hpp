@@ -68,7 +68,6 @@ class Learning {
   void end_probe(long k);
   void time_probe(long k);
   double inaccuracy(const Derivative& sample) const;
-  bool passes(const BeliefMarginals& believed) const;
   bool vague(const BeliefMarginals& believed) const;
   void pass(long k);
   void start_probe(const JointVector& error, long k);
@@ -113,8 +112,10 @@ class Learning {
   std::optional<Measured> best_;  // sample of the running probe so far
   std::vector<WindowFit> fits_;   // by samples, from the shortest
   TimingEstimate timing_;
-  bool probe_timed_ = false;  // the running probe was asked
-  int timed_probes_ = 0;
+  bool passes_ = false;          // q'' is learned in passing: nothing is probed
+  bool probe_timed_ = false;     // the running probe was asked
+  int timed_probes_ = 0;         // that told of the timing,
+  int asked_probes_ = 0;         // of so many that were asked
   JointVector noise_;            // variance of the sensor's, of each joint, from all windows
   double noise_freedom_ = 0.0;   // and its degrees of freedom
   BeliefMarginals believed_;     // at the last call

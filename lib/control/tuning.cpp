@@ -34,19 +34,19 @@ TuneResult tune(Belief& belief, const Tuning& tuning, RandomStream& random) {
 void widen(Posterior& data) {
   const double excess = data.mean_squared_innovation();
   if (!(excess > 1.0)) return;
-  try {
-    if (data.over_budget()) return data.scale_output(std::sqrt(excess));
-    std::optional<Posterior> best;
-    for (int term = 0; term < std::max(1, static_cast<int>(data.prior().terms.size())); ++term) {
+  std::optional<Posterior> best;  // none: as it was
+  for (int term = 0; term < std::max(1, static_cast<int>(data.prior().terms.size())); ++term) {
+    try {
+      if (data.over_budget()) return data.scale_output(std::sqrt(excess));
       GaussianProcess prior = data.prior();
       scale_output(term_of(prior, term), std::sqrt(excess));
       Posterior wider = condition(prior, data);
       if (!best || wider.log_marginal_likelihood() > best->log_marginal_likelihood()) best = std::move(wider);
+    } catch (const NumericalError&) {
+      continue;
     }
-    data = *std::move(best);
-  } catch (const NumericalError&) {
-    return;  // as it was
   }
+  if (best) data = *std::move(best);
 }
 
 }  // namespace bayesctrl

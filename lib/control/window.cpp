@@ -166,17 +166,17 @@ TimingEstimate::TimingEstimate(int inputs, double longest, double dt, bool posit
   inputs_.assign(best_.size(), begun);
 }
 
-void TimingEstimate::add(const History& history, long first, long last) {
+bool TimingEstimate::add(const History& history, long first, long last) {
   const int samples = static_cast<int>(last - first + 1), joints = history.joints();
   const int columns = positions_only_ ? 4 : 3;
-  if (samples < columns + joints + 2 || grid_.size() < 2) return;
+  if (samples < columns + joints + 2 || grid_.size() < 2) return false;
   std::vector<int> changing;  // inputs, without which nothing is told
   for (int j = 0; j < joints; ++j) {
     bool changes = false;
     for (long k = first - 1; k < last; ++k) changes = changes || history.input(k)[j] != history.input(k + 1)[j];
     if (changes) changing.push_back(j);
   }
-  if (changing.size() != 1) return;
+  if (changing.size() != 1) return false;
   const auto input = static_cast<std::size_t>(changing.front());
   OfInput& told = inputs_[input];
   Timing& best = best_[input];
@@ -208,6 +208,7 @@ void TimingEstimate::add(const History& history, long first, long last) {
     if (apart > 1.1 * dt_) other = std::max(other, told.log_likelihood[g]);
   }
   told.known = ++told.probes >= kEnoughProbes || highest - other > kTold;
+  return true;
 }
 
 bool TimingEstimate::known() const {

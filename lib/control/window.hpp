@@ -130,13 +130,14 @@ class TimingEstimate {
   explicit TimingEstimate(Timings timings) : best_(std::move(timings)) {}  // which are known
   TimingEstimate(int inputs, double longest, double dt, bool positions_only);
 
-  /// Takes the calls from `first` to `last`, if one input alone changes then.
-  void add(const History& history, long first, long last);
+  /// Takes the calls from `first` to `last`, if one input alone changes then; whether it did.
+  bool add(const History& history, long first, long last);
 
   const Timings& best() const { return best_; }
 
-  /// Whether the probes have told the delays of every input apart.
+  /// Whether the probes have told the delays of every input apart, or of one.
   bool known() const;
+  bool known(int input) const { return inputs_.empty() || inputs_[static_cast<std::size_t>(input)].known; }
 
  private:
   struct OfInput {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/format.hpp"
+#include "control/error_bound.hpp"
 #include "experiment/metrics.hpp"
 #include "gp/bound.hpp"
 
@@ -171,10 +172,42 @@ bool as_specified(const Study& study, const Adaptive* adaptive, const GaussianPr
   return given.kernel == used.kernel && given.noise_variance == used.noise_variance;
 }
 
-/// Bounds on a_i and log b_ii over the box of the grid of one joint that together hold with the confidence asked for;
-/// NaN where hyper-parameters were tuned and their process is over its budget.
+/// The priors that a_i (column -1) or b_ij may be a draw from: their own, and where its hyper-parameters are not known
+/// those that are credible.
+struct Possible {
+  bool known = false;
+  std::vector<GaussianProcess> priors;  // none where nothing can be said: tuned, and over their budget
+};
+
+Possible possible_priors(const Study& study, const Belief& belief, const std::string& controller, int joint, int column,
+                         double risk) {
+  const Adaptive* adaptive = adaptive_of(study, controller);
+  const Tuning& tuning = adaptive != nullptr && adaptive->tuning ? *adaptive->tuning : study.tuning;
+  const auto given = [&](int of) {
+    const GaussianProcess& used = of < 0 ? belief.drift_prior(joint) : belief.gain_prior(joint, of);
+    return tuning.when == TuneWhen::never && as_specified(study, adaptive, used, joint, of);
+  };
+  bool all_given = true;
+  for (int of = -1; of < belief.joints(); ++of) all_given = all_given && given(of);
+  const Posterior& process = belief.process(joint, column);
+  Possible result{belief.together() ? all_given : given(column), {}};
+  if (!result.known && process.over_budget()) return result;
+  result.priors.push_back(process.prior());
+  if (result.known || process.size() == 0) return result;
+  const std::string name = column < 0 ? "a" : "log_b";
+  RandomStream random = random_stream(study.seed, controller + " " + numbered(name, joint, belief.joints()));
+  for (GaussianProcess& draw :
+       credible_priors(process.prior(), process, tuning.of(column), risk, random, belief.term(column))) {
+    result.priors.push_back(std::move(draw));
+  }
+  return result;
+}
+
+/// Bounds over the box of the grid of one joint that together hold with the confidence asked for; NaN where there is
+/// none.
 struct GridBounds {
-  Eigen::ArrayXd drift, log_gain;
+  Eigen::ArrayXd drift, log_gain;                           // on the errors of a_i and log b_ii
+  double error = std::numeric_limits<double>::quiet_NaN();  // with which the last goal is held
 };
 
 GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, const StateVector& centre,
@@ -190,27 +223,30 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
   box[static_cast<std::size_t>(joint)] = side(grid.position);
   box[static_cast<std::size_t>(n + joint)] = side(grid.velocity);
   const double risk = (1.0 - *grid.confidence) / (2 * n);
-  const Adaptive* adaptive = adaptive_of(study, controller);
-  const Tuning& tuning = adaptive != nullptr && adaptive->tuning ? *adaptive->tuning : study.tuning;
-  const auto bounds = [&](int column, const std::string& name) {
+  GridBounds bounds;
+  std::vector<Belief> others;
+  bool all = true;
+  for (const int column : {-1, joint}) {
+    const Possible possible = possible_priors(study, belief, controller, joint, column, 0.5 * risk);
     const Posterior& process = belief.process(joint, column);
-    const int term = belief.term(column);
-    const bool known =
-        tuning.when == TuneWhen::never && as_specified(study, adaptive, term_of(process.prior(), term), joint, column);
-    if (!known && process.over_budget()) {
-      return Eigen::ArrayXd(Eigen::ArrayXd::Constant(states.rows(), std::numeric_limits<double>::quiet_NaN()));
+    Eigen::ArrayXd& bound = column < 0 ? bounds.drift : bounds.log_gain;
+    all = all && !possible.priors.empty();
+    if (possible.priors.empty()) {
+      bound.setConstant(states.rows(), std::numeric_limits<double>::quiet_NaN());
+      continue;
     }
-    std::vector<GaussianProcess> possible{process.prior()};
-    if (!known && process.size() > 0) {
-      RandomStream random = random_stream(study.seed, controller + " " + numbered(name, joint, n));
-      for (GaussianProcess& draw :
-           credible_priors(process.prior(), process, tuning.of(column), 0.5 * risk, random, term)) {
-        possible.push_back(std::move(draw));
-      }
+    bound =
+        uniform_bounds(process, possible.priors, box, possible.known ? risk : 0.5 * risk, states, belief.term(column));
+    for (std::size_t p = 1; p < possible.priors.size() && n == 1; ++p) {
+      others.push_back(belief);
+      others.back().process(joint, column) = condition(possible.priors[p], process);
     }
-    return uniform_bounds(process, possible, box, known ? risk : 0.5 * risk, states, term);
-  };
-  return {bounds(-1, "a"), bounds(joint, "log_b")};
+  }
+  if (n == 1 && all && study.inner_law.lead == 0.0) {
+    const double goal = at(study.reference, study.duration).position[0];
+    bounds.error = error_bound(study.inner_law, study.input_limit, goal, box, belief, others, risk);
+  }
+  return bounds;
 }
 
 }  // namespace
@@ -223,7 +259,8 @@ Table posterior_table(const Study& study, const Belief& belief, const std::strin
     table.columns.push_back({name, "", std::vector<double>{}});
   }
   if (grid.confidence) {
-    for (const char* name : {"bound_a", "bound_log_b"}) table.columns.push_back({name, "", std::vector<double>{}});
+    for (const char* name : {"bound_a", "bound_log_b", "bound_error"})
+      table.columns.push_back({name, "", std::vector<double>{}});
   }
   const auto push = [&](std::size_t column, double value) {
     std::get<std::vector<double>>(table.columns[column].cells).push_back(value);
@@ -260,6 +297,7 @@ Table posterior_table(const Study& study, const Belief& belief, const std::strin
     for (Eigen::Index k = 0; k < states.rows(); ++k) {
       push(8, bounds.drift[k]);
       push(9, bounds.log_gain[k]);
+      push(10, bounds.error);
     }
   }
   return table;

@@ -174,9 +174,10 @@ FreeParameters free_parameters(GaussianProcess& prior, const Posterior& data, co
       add(*parameter.value, bounds.period, priors.period);
     }
   }
-  bool any = data.size() == 0;  // sample whose noise is the prior's: the others say nothing of it
+  if (!prior.terms.empty()) return free;  // whose samples have their own
+  bool any = data.size() == 0;            // sample whose noise is the prior's: the others say nothing of it
   for (int i = 0; i < data.size(); ++i) any = any || !data.has_own_noise(i);
-  if (any) add(term_of(prior, term).noise_variance, bounds.noise_variance, priors.noise_variance);
+  if (any) add(prior.noise_variance, bounds.noise_variance, priors.noise_variance);
   return free;
 }
 

@@ -33,7 +33,7 @@ struct GaussianProcess {
     field("budget", self.budget,
           {between(4, kMostBudget), "",
            "samples that are kept as they are; more are absorbed by a sparse process of so many inputs; null: all. "
-           "With a learner.monitor those of a and b add up"});
+           "With a learner.monitor those of a and b that are given add up"});
     field("kernel", self.kernel, {.text = "covariance of the function", .required = true});
   }
 
@@ -47,18 +47,18 @@ struct GaussianProcess {
 };
 
 /// Most functions of a weighted sum.
-inline constexpr int kMostTerms = 5;
+inline constexpr int kMostTerms = 8;
 
 /// One number for each term of a weighted sum.
 using TermVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostTerms, 1>;
 using TermMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostTerms, kMostTerms>;
 
 /// Most entries of an input, weights included.
-inline constexpr int kMostInputs = 16;
+inline constexpr int kMostInputs = 24;
 
 /// The process f(x, w) = sum_c w_c f_c(x) of independent functions f_c, whose weights are the last entries of its
 /// input. Observed with several weights that are not zero the functions are independent no longer. `mean`, `kernel` and
-/// `mean_function` of the sum have no meaning; its budget is what theirs add up to.
+/// `mean_function` of the sum have no meaning; its budget is what those that they have add up to.
 GaussianProcess weighted_sum(std::vector<GaussianProcess> terms);
 
 /// The process of one term, or of a function that is no sum itself.

@@ -81,7 +81,7 @@ std::string model_lines(const Plant& plant) {
   std::visit(
       [&]<class P>(const P& form) {
         if constexpr (HasFields<P>) {
-          for (const ParameterDescription& p : describe<P>()) {
+          for (const ParameterDescription& p : describe<P>(form)) {
             text += line("    " + p.name + ": " + p.default_value, p.text + (p.unit.empty() ? "" : ", " + p.unit));
           }
         } else {
@@ -158,6 +158,7 @@ void guess_time_unit(const std::vector<double>& time, ColumnGuess& guess) {
 
 std::string default_plant(const ColumnGuesses& guesses) {
   if (guesses.position.size() == 2) return std::string(TwoLinkArm::kName);
+  if (guesses.position.size() > 2) return std::string(PlanarArm::kName);
   return std::string(guesses.position.front().unit == "m" ? Mass::kName : Pendulum::kName);
 }
 
@@ -233,7 +234,10 @@ std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::stri
     guess_time_unit(time, *guesses.time);
     for (double& t : time) t *= guesses.time->scale;
   }
-  const Plant plant = plant_named(plant_name.empty() ? default_plant(guesses) : plant_name);
+  Plant plant = plant_named(plant_name.empty() ? default_plant(guesses) : plant_name);
+  if (PlanarArm* arm = std::get_if<PlanarArm>(&plant)) {
+    arm->length.resize(std::max<std::size_t>(1, guesses.position.size()), arm->length.front());
+  }
   const auto joint_count = static_cast<std::size_t>(joints(plant));
   if (guesses.position.size() < joint_count) {
     throw DataError({recordings.front().string(), 1},

@@ -3,15 +3,27 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/format.hpp"
+
 namespace bayesctrl {
 
 namespace {
 
-/// Calls f(name, value, info) for each parameter.
+/// Calls f(name, value, info) for each parameter; those of a list are numbered from 1.
 void for_each_parameter(auto& plant, auto&& f) {
+  const auto each = [&]<class V>(std::string_view name, V& value, const Info& info) {
+    if constexpr (std::is_same_v<std::remove_const_t<V>, double>) {
+      f(name, value, info);
+    } else {
+      const auto count = static_cast<Eigen::Index>(value.size());
+      for (Eigen::Index i = 0; i < count; ++i) {
+        f(std::string_view(numbered(std::string(name), i, count)), value[static_cast<std::size_t>(i)], info);
+      }
+    }
+  };
   std::visit(
       [&]<class T>(T& held) {
-        if constexpr (HasFields<std::remove_const_t<T>>) T::fields(held, f);
+        if constexpr (HasFields<std::remove_const_t<T>>) T::fields(held, each);
       },
       plant);
 }

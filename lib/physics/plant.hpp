@@ -9,12 +9,22 @@
 #include "physics/plants/custom.hpp"
 #include "physics/plants/mass.hpp"
 #include "physics/plants/pendulum.hpp"
+#include "physics/plants/planar_arm.hpp"
 #include "physics/plants/two_link_arm.hpp"
 
 namespace bayesctrl {
 
 /// Fully actuated mechanics, one input per joint. A new plant is one file in plants/ and one line here.
-using Plant = std::variant<Pendulum, Mass, TwoLinkArm, Custom>;
+using Plant = std::variant<Pendulum, Mass, TwoLinkArm, PlanarArm, Custom>;
+
+/// Calls f(std::integral_constant<int, n>) of a number from kFrom to kMaxJoints.
+template <int kFrom>
+decltype(auto) with_count(int n, auto&& f) {
+  if constexpr (kFrom < kMaxJoints) {
+    if (n > kFrom) return with_count<kFrom + 1>(n, f);
+  }
+  return f(std::integral_constant<int, kFrom>{});
+}
 
 /// Calls f(plant, std::integral_constant<int, joints>): the number of joints is a constant, so that states are arrays.
 decltype(auto) with_joints(const Plant& plant, auto&& f) {
@@ -23,23 +33,23 @@ decltype(auto) with_joints(const Plant& plant, auto&& f) {
         if constexpr (requires { P::kJoints; }) {
           return f(p, std::integral_constant<int, P::kJoints>{});
         } else {
-          static_assert(kMaxJoints == 4);
-          switch (p.joint_count()) {
-            case 1:
-              return f(p, std::integral_constant<int, 1>{});
-            case 2:
-              return f(p, std::integral_constant<int, 2>{});
-            case 3:
-              return f(p, std::integral_constant<int, 3>{});
-            default:
-              return f(p, std::integral_constant<int, 4>{});
-          }
+          return with_count<1>(p.joint_count(), [&](auto count) -> decltype(auto) { return f(p, count); });
         }
       },
       plant);
 }
 
 int joints(const Plant& plant);
+
+/// Whether a plant of this type may have so many; Eigen::Dynamic: any.
+template <class P>
+constexpr bool may_have_joints(int count) {
+  if constexpr (requires { P::kJoints; }) {
+    return count == Eigen::Dynamic || count == P::kJoints;
+  } else {
+    return true;
+  }
+}
 
 /// A unit that all plants share, "rad or m", as it is for this one; where nobody but the user knows it, as it was.
 std::string unit_for(const Plant& plant, std::string_view shared);
@@ -84,8 +94,8 @@ MotionOf<kJoints> motion_of(const Plant& plant, const Joints<kJoints>& q, const 
       [&]<class P>(const P& p) -> MotionOf<kJoints> {
         if constexpr (requires { p.mobility(q, v); }) {
           return {p.acceleration(q, v, u, t), p.mobility(q, v)};
-        } else if constexpr (kJoints == Eigen::Dynamic || kJoints == P::kJoints) {  // inputs are torques
-          const AffineOf<kJoints> nominal = p.affine(q, v);
+        } else if constexpr (may_have_joints<P>(kJoints)) {  // inputs are torques
+          const auto nominal = p.affine(q, v);
           return {moved_by<kJoints>(nominal.drift, nominal.gain, u), nominal.gain};
         } else {
           return {};
@@ -107,7 +117,7 @@ Joints<kJoints> external_torque_of(const Plant& plant, const Joints<kJoints>& q)
   return std::visit(
       [&]<class P>(const P& p) -> Joints<kJoints> {
         if constexpr (requires { p.external_torque(q); }) {  // which says it directly
-          if constexpr (kJoints == Eigen::Dynamic || kJoints == P::kJoints) return p.external_torque(q);
+          if constexpr (may_have_joints<P>(kJoints)) return p.external_torque(q);
         }
         return from_rest();
       },

@@ -124,6 +124,9 @@ ordered_json posterior(const fs::path& path) {
     for (const char* name : {"bound_a", "bound_log_b"}) {
       if (table.find(name) != nullptr) grid[name] = curve(numbers(table, name, file), rows);
     }
+    if (table.find("bound_error") != nullptr) {
+      grid["bound_error"] = curve(numbers(table, "bound_error", file), {begin}).front();
+    }
     grids.push_back(std::move(grid));
   }
   return grids;

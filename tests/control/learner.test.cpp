@@ -72,6 +72,13 @@ TEST_CASE("A column is uncertain by any of its entries, beside the diagonal by b
   belief = certain();
   belief.gain_variance(1, 0) = 0.3;
   CHECK(decide(example_learner(), belief, exact(), -1, 0)->column == 0);
+  belief.log_gain_mean = Eigen::Vector2d(0.5, 1.0);
+  CHECK(decide(example_learner(), belief, exact(), -1, 0)->column == 0);
+  Learner watched = example_learner();  // with a monitor in units of b_11 b_22 = e^1.5, the threshold 0.2 of that
+  watched.monitor.emplace();
+  CHECK_FALSE(decide(watched, belief, exact(), -1, 0).has_value());
+  belief.gain_variance(1, 0) = 1.0;
+  CHECK(decide(watched, belief, exact(), -1, 0)->column == 0);
   belief = certain();
   belief.gain_variance(0, 0) = belief.gain_variance(1, 1) = 100.0;  // on the diagonal it is log b that counts
   CHECK_FALSE(decide(example_learner(), belief, exact(), -1, 0).has_value());
@@ -215,6 +222,7 @@ TEST_CASE("In turn, a and the columns of b are probed one after the other, a onl
   belief.log_gain_variance.setZero();
   CHECK(after(Probe::kDrift, 0.0) == Probe::kDrift);
   CHECK_FALSE(decide(learner, belief, Eigen::Vector2d(0.16, 0.16), Probe::kDrift, 0).has_value());
+  CHECK(decide(learner, belief, Eigen::Vector2d(0.16, 0.16), Probe::kDrift, 0, 0b10).value().column == 1);  // wanted
 }
 
 TEST_CASE("A sample in passing teaches a where b is known, b where a is, and else their sum", "[control]") {
@@ -287,6 +295,37 @@ TEST_CASE("Together a probe of b is a sample of a + b u, or where its jump told 
     CHECK(belief.predict(x).gain_mean(n - 1, n - 1) == Approx(1.7).epsilon(0.1));
     sample.gain = JointVector::Constant(n, -1.7);
     CHECK(absorb(belief, learner, probe, sample).refused == 1);
+  }
+}
+
+TEST_CASE("What a probe of b leaves uncertain of a is as wrong as it says", "[control]") {
+  constexpr int kDraws = 2000;
+  Learner learner;
+  learner.probing_input = {6.0};
+  const Eigen::Vector2d x(0.3, -0.1);
+  for (const double drift_scale : {0.3, 1.0, 3.0}) {
+    BeliefPrior prior;
+    prior.drift = {process_with({SquaredExponential{drift_scale, {2.0, 2.0}}}, 1e-4)};
+    prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.5, {2.0, 2.0}}}, 1e-4)}};
+    RandomStream random = random_stream(11, "machines");
+    double squares = 0.0, of_gain = 0.0;
+    int taken = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const double a = drift_scale * draw_normal(random), log_b = 0.5 * draw_normal(random);
+      Belief belief(prior, 1);
+      belief.join();
+      const Derivative sample{x, JointVector::Constant(1, a + 6.0 * std::exp(log_b) + 1e-2 * draw_normal(random)),
+                              JointVector::Constant(1, 6.0), JointVector::Constant(1, 1e-4)};
+      taken += absorb(belief, learner, Probe{0, 0}, sample).taken;
+      const BeliefMarginals told = belief.predict(x);
+      squares += std::pow(a - told.drift_mean[0], 2) / told.drift_variance[0] / kDraws;
+      of_gain += std::pow(log_b - told.log_gain_mean[0], 2) / told.log_gain_variance[0] / kDraws;
+    }
+    INFO("a within " << drift_scale);
+    CHECK(taken > 0.95 * kDraws);  // estimates of b that are not positive are refused
+    CHECK(std::sqrt(squares) < 1.2);
+    CHECK(std::sqrt(squares) > 0.7);
+    CHECK(std::sqrt(of_gain) < 1.2);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "control/error_bound.hpp"
 #include "control/law.hpp"
 #include "gp/bound.hpp"
 #include "support/dense_gp.hpp"
@@ -117,6 +118,18 @@ TEST_CASE("A drift that is believed ten times too small is found in all runs but
   CHECK(time / found < 2.0);
 }
 
+TEST_CASE("Where b is certain from the start its inputs are timed all the same, and what remains is learned in passing",
+          "[control]") {
+  BeliefPrior prior = right_prior();
+  scale_output(prior.input_gain[0].log.kernel, 1e-3);
+  for (int draw = 0; draw < 5; ++draw) {
+    const Learned run = learn_from(prior, Belief(prior, 1), draw);
+    REQUIRE(run.record.timings.has_value());
+    CHECK(run.record.passing_samples > 8);
+    CHECK(run.belief.points(0, Probe::kDrift) - run.record.passing_samples < 6);  // probes
+  }
+}
+
 TEST_CASE("Over its budget a learner is widened by an alarm too, and forgets nothing", "[control]") {
   BeliefPrior confident = right_prior();
   scale_output(confident.drift[0].kernel, 0.1);
@@ -176,4 +189,42 @@ TEST_CASE("After a run on a machine of its priors both errors are within their u
   CHECK(beyond <= kRuns / 20);
   CHECK(in_passing <= kRuns / 20);
   CHECK(beyond_two > kRuns / 20);
+}
+
+TEST_CASE("A loop that begins at its goal keeps to the bound on its error", "[control][slow]") {
+  const InnerLaw law{4.0, 3.0};
+  const Box box{{-2.0, 4.0}, {-4.0, 4.0}};
+  constexpr int kRuns = 300;
+  int bounded = 0, beyond = 0;
+  double sum = 0.0, largest = 0.0;
+  for (int draw = 3000; draw < 3000 + kRuns; ++draw) {
+    const Learned result = learn_from(right_prior(), Belief(right_prior(), 1), draw);
+    const Belief& belief = result.belief;
+    const auto input = [&](const BeliefMarginals& believed, double q, double v) {
+      return (law.position_weight * (1.0 - q) - law.velocity_weight * v - believed.drift_mean[0]) /
+             believed.gain_mean(0, 0);
+    };
+    const double bound = error_bound(law, {}, 1.0, box, belief, {}, 0.05);
+    if (std::isnan(bound)) continue;
+    ++bounded;
+    sum += bound;
+    double worst = 0.0;
+    Eigen::Vector2d x(1.0, 0.0);
+    constexpr double kStep = 2e-3;
+    for (int k = 0; k < 2000; ++k) {
+      const auto rate = [&](const Eigen::Vector2d& at) {
+        const double u = input(belief.predict(at), at[0], at[1]);
+        return Eigen::Vector2d(
+            at[1], result.drift.predict(span_of(at)).mean + std::exp(result.log_gain.predict(span_of(at)).mean) * u);
+      };
+      x += kStep * rate(x + 0.5 * kStep * rate(x));
+      worst = std::max(worst, std::abs(x[0] - 1.0));
+    }
+    beyond += worst > bound ? 1 : 0;
+    largest = std::max(largest, worst);
+  }
+  WARN(bounded << " of " << kRuns << " loops have a bound, " << sum / bounded << " on average; " << beyond
+               << " leave it; the largest error is " << largest);
+  CHECK(bounded > kRuns / 2);
+  CHECK(beyond <= bounded / 20);
 }

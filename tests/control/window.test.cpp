@@ -139,9 +139,10 @@ TEST_CASE("Each input is told its own delay and lag, by probes in which it alone
   }
   for (const bool positions_only : {true, false}) {
     TimingEstimate estimate(2, 0.05, kSampling, positions_only);
-    estimate.add(both, 22, 98);  // both change: nothing is told
+    CHECK_FALSE(estimate.add(both, 22, 98));  // both change: nothing is told
     CHECK(latest(estimate.best()) == Timing{});
-    estimate.add(both, 22, 48);
+    CHECK(estimate.add(both, 22, 48));
+    CHECK(estimate.known(0));
     CHECK_FALSE(estimate.known());  // the second
     estimate.add(both, 72, 98);
     CHECK(estimate.known());

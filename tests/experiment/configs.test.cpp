@@ -45,7 +45,7 @@ TEST_CASE(
       check_round_trip(read_published(entry.path()));
     } else if (name.starts_with("trial")) {
       check_round_trip(read<TrialSpec>(read_yaml(entry.path())));
-    } else if (name.starts_with("sensitivity") || name == "grid.yaml") {
+    } else if (name.starts_with("sensitivity") || name.starts_with("grid")) {
       check_round_trip(read<Sensitivity>(read_yaml(entry.path())));
     } else {
       for (const Study& study : read_studies(entry.path())) check_round_trip(study);

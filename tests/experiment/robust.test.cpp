@@ -76,6 +76,27 @@ TEST_CASE("An arm reaches a goal that its published learner does not", "[experim
   }
 }
 
+TEST_CASE("Arms of three to seven joints end at their goals, the second learner as the oracle does", "[experiment]") {
+  for (int joints = 3; joints <= 7; ++joints) {
+    INFO(joints << " joints");
+    const StudyOutcome outcome = run_config("arm" + std::to_string(joints) + "_robust.yaml");
+    CHECK(metric(outcome, "SP1", "final_error") < 0.05);
+    CHECK(metric(outcome, "SP2", "final_error") < 0.05);
+    CHECK(metric(outcome, "SP2", "squared_error") < 1.1 * metric(outcome, "oracle", "squared_error"));
+  }
+}
+
+TEST_CASE("An arm of which one motor alone lags ends at its goal", "[experiment]") {
+  for (const char* joint : {"1", "2"}) {
+    INFO("motor " << joint);
+    Node spec = read_yaml(config("arm_robust.yaml"));
+    set_path(spec, "model.effects=[{type: actuator_lag, time_constant: 0.02, joint: " + std::string(joint) + "}]");
+    const StudyOutcome outcome = run_one(read<Study>(spec));
+    CHECK(metric(outcome, "SP1", "final_error") < 0.05);
+    CHECK(metric(outcome, "SP2", "final_error") < 0.05);
+  }
+}
+
 TEST_CASE("A probe may be held for longer than the longest window", "[experiment]") {
   const StudyOutcome outcome = robust(3, {"learner.hold_periods=40", "duration=3"});
   CHECK(outcome.find("SP2")->result.status == RunStatus::ok);

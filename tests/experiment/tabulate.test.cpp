@@ -7,6 +7,7 @@
 
 #include "experiment/metrics.hpp"
 #include "experiment/read.hpp"
+#include "io/read.hpp"
 #include "support/compare.hpp"
 #include "support/studies.hpp"
 
@@ -200,6 +201,21 @@ TEST_CASE("Hyper-parameters that were found from data are drawn, whoever found t
   };
   const std::string kept = "controllers.SP2={type: adaptive, trained_from: SP1, tuning: {when: never}}";
   CHECK(widest({kept}, "SP2") > 3.0 * widest({"tuning.when=never"}, "SP1"));
+}
+
+TEST_CASE("A learned controller holds its goal within its bound", "[experiment]") {
+  Node spec = read_yaml(config("exp1_robust.yaml"));
+  set_path(spec, "output.posterior={confidence: 0.95, points: 9}");
+  const StudyOutcome outcome = run_one(read<Study>(spec));
+  const Belief& belief = outcome.find("SP2")->result.belief;
+  const std::vector<double> bound = numbers(posterior_table(outcome.study, belief, "SP2"), "bound_error", "");
+  CHECK(bound.size() == 81);
+  CHECK(bound.front() == bound.back());
+  WARN("Experiment 1: SP2 holds its goal within " << bound.front() << ", by its bound");
+  CHECK(bound.front() < 0.3);
+  CHECK(metric(outcome, "SP2", "final_error") < bound.front());  // it has come to rest there
+  set_path(spec, "inner_law.lead=0.05");
+  CHECK(std::isnan(numbers(posterior_table(read<Study>(spec), belief, "SP2"), "bound_error", "").front()));
 }
 
 TEST_CASE("Bounds of several joints lie over the slice of each", "[experiment]") {

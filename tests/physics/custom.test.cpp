@@ -197,7 +197,7 @@ TEST_CASE("An expression of several lines is refused in one", "[physics]") {
 
 TEST_CASE("A machine of no or too many joints, or with another number of inertias, is refused", "[physics]") {
   CHECK_THAT(refusal({}), Catch::Contains("one expression per joint"));
-  CHECK_THAT(refusal(std::vector<std::string>(kMaxJoints + 1, "t")), Catch::Contains("at most 4 joints"));
+  CHECK_THAT(refusal(std::vector<std::string>(kMaxJoints + 1, "t")), Catch::Contains("at most 7 joints"));
   CHECK(Custom({}, std::vector<std::string>(kMaxJoints, "t"), {}).joint_count() == kMaxJoints);
   CHECK_THAT(refusal({"u1", "u2"}, {"1"}), Catch::Contains("inertia needs one expression per joint, 2"));
   CHECK_THAT(refusal({"u"}, {"1", "1"}), Catch::Contains("inertia needs one expression per joint, 1"));

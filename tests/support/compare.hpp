@@ -16,8 +16,9 @@ inline double relative_error(double value, double expected, double scale = 0.0) 
 template <class A, class B>
 double largest_difference(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
   if (a.rows() != b.rows() || a.cols() != b.cols()) return INFINITY;
-  const double worst = a.size() == 0 ? 0.0 : (a - b).cwiseAbs().maxCoeff();
-  return (a - b).allFinite() ? worst : INFINITY;
+  if (a.size() == 0) return 0.0;
+  const Eigen::MatrixXd difference = a - b;  // allFinite() of a product compares two evaluations of it
+  return difference.allFinite() ? difference.cwiseAbs().maxCoeff() : INFINITY;
 }
 
 /// Central difference of f at x, extrapolated once by Richardson: error O(step^4).

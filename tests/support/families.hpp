@@ -84,13 +84,13 @@ inline std::vector<Example<Kernel>> example_kernels(int dimension) {
   return list;
 }
 
-/// Joints of the examples of a type of plant: one where the user may write any number of them.
+/// Joints of the examples of a type of plant.
 template <class PlantType>
 inline constexpr int example_joints = [] {
   if constexpr (requires { PlantType::kJoints; }) {
     return PlantType::kJoints;
   } else {
-    return 1;
+    return std::is_same_v<PlantType, Custom> ? 1 : 3;
   }
 }();
 
@@ -107,11 +107,17 @@ PlantType random_plant(RandomStream& random) {
   bool sound = false;
   while (!sound) {
     plant = PlantType{};
+    const auto move = [&random](double& value, const Info& info) {
+      value *= draw_uniform(random, 0.9, 1.1);
+      if (info.range == kNonNegative) value += draw_uniform(random, 0.0, 0.3);
+      if (info.range == kAny) value += draw_uniform(random, -0.1, 0.1);
+    };
     PlantType::fields(plant, [&](std::string_view, auto& value, const Info& info) {
       if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
-        value *= draw_uniform(random, 0.9, 1.1);
-        if (info.range == kNonNegative) value += draw_uniform(random, 0.0, 0.3);
-        if (info.range == kAny) value += draw_uniform(random, -0.1, 0.1);
+        move(value, info);
+      } else {
+        value.resize(static_cast<std::size_t>(example_joints<PlantType>), value.front());
+        for (double& entry : value) move(entry, info);
       }
     });
     sound = true;

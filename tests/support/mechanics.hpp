@@ -60,6 +60,40 @@ inline JointVector friction_torque(const TwoLinkArm& p, const JointVector& /*q*/
   return torque;
 }
 
+// --- a chain of links, each centre of mass in the plane
+
+inline double of_link(const std::vector<double>& list, Eigen::Index i) {
+  return list.size() == 1 ? list[0] : list[static_cast<std::size_t>(i)];
+}
+inline double kinetic_energy(const PlanarArm& p, const JointVector& q, const JointVector& v) {
+  double x = 0.0, y = 0.0, angle = 0.0, w = 0.0, energy = 0.0;  // velocity of the joint
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    angle += q[i];
+    w += v[i];
+    const double c = of_link(p.com, i), l = of_link(p.length, i), m = of_link(p.mass, i);
+    const double mx = x + c * std::cos(angle) * w, my = y + c * std::sin(angle) * w;
+    energy += 0.5 * m * (mx * mx + my * my) + 0.5 * (of_link(p.inertia, i) - m * c * c) * w * w +
+              0.5 * of_link(p.rotor_inertia, i) * v[i] * v[i];
+    x += l * std::cos(angle) * w;
+    y += l * std::sin(angle) * w;
+  }
+  return energy;
+}
+inline double potential_energy(const PlanarArm& p, const JointVector& q) {
+  double height = 0.0, angle = 0.0, energy = 0.0;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    angle += q[i];
+    energy += of_link(p.mass, i) * p.gravity * (height - of_link(p.com, i) * std::cos(angle));
+    height -= of_link(p.length, i) * std::cos(angle);
+  }
+  return energy;
+}
+inline JointVector friction_torque(const PlanarArm& p, const JointVector& /*q*/, const JointVector& v) {
+  JointVector torque = v;
+  for (Eigen::Index i = 0; i < v.size(); ++i) torque[i] *= of_link(p.friction, i);
+  return torque;
+}
+
 // --- a machine that the user writes down: written_pendulum, or a unit mass
 
 inline double parameter(const Custom& p, std::string_view name, double otherwise) {
@@ -105,7 +139,12 @@ inline JointMatrix mass_matrix(const auto& plant, const JointVector& q) {
 template <class PlantType>
 PlantType frictionless(PlantType plant) {
   PlantType::fields(plant, [](std::string_view name, auto& value, const Info&) {
-    if (name.starts_with("friction") && name.find("centre") == std::string_view::npos) value = 0.0;
+    if (!name.starts_with("friction") || name.find("centre") != std::string_view::npos) return;
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
+      value = 0.0;
+    } else {
+      value.assign(value.size(), 0.0);
+    }
   });
   return plant;
 }

@@ -29,8 +29,10 @@ Plant to_plant(const Node& model) {
   for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class P>(P form) {
     if constexpr (HasFields<P>) {
       if (P::kName != name) return;
-      P::fields(form, [&](std::string_view key, double& value, const Info&) {
-        if (const Node::Entry* entry = at(model, "parameters").find(key)) value = std::stod(entry->value.text);
+      P::fields(form, [&]<class V>(std::string_view key, V& value, const Info&) {
+        if constexpr (std::is_same_v<V, double>) {
+          if (const Node::Entry* entry = at(model, "parameters").find(key)) value = std::stod(entry->value.text);
+        }
       });
       plant = form;
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/format.hpp"
 #include "io/emit.hpp"
 #include "io/read.hpp"
 #include "physics/parameters.hpp"
@@ -142,7 +143,11 @@ ordered_json schema_value(const NominalModel*, detail::Definitions& definitions)
     const ordered_json parameters = choice["properties"].value("parameters", ordered_json::object());
     if (parameters.contains("properties")) {
       ordered_json known = ordered_json::array();
-      for (const auto& [key, ignored] : parameters["properties"].items()) known.push_back(key);
+      for (const auto& [key, value] : parameters["properties"].items()) {
+        known.push_back(key);
+        if (value.value("type", "") != "array") continue;
+        for (int i = 0; i < kMaxJoints; ++i) known.push_back(numbered(key, i, kMaxJoints));
+      }
       name = {{"enum", known}};
     }
     for (const char* key : {"effects", "remainder"}) choice["properties"].erase(key);

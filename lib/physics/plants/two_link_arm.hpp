@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 
+#include "base/format.hpp"
 #include "physics/affine.hpp"
 
 namespace bayesctrl {
@@ -39,6 +41,21 @@ struct TwoLinkArm {
     field("rotor_inertia", self.rotor_inertia, {kNonNegative, "kg m^2", "of each motor's rotor"});
     field("gear_ratio", self.gear_ratio, {kPositive, "", "rotor turns per turn of the joint"});
     field("gravity", self.gravity, {kAny, "m/s^2", "acceleration of gravity"});
+  }
+
+  std::string problem() const {
+    // The determinant of M is concave in cos q2: it is smallest where the arm is straight or folded.
+    const double coupling = mass2 * length1 * com2;
+    const double rotor1 = (gear_ratio * gear_ratio + 1.0) * rotor_inertia;
+    const double rotor2 = gear_ratio * gear_ratio * rotor_inertia;
+    for (const double side : {coupling, -coupling}) {
+      const double m11 = inertia1 + inertia2 + mass2 * length1 * length1 + 2.0 * side + rotor1;
+      const double m12 = inertia2 + side - gear_ratio * rotor_inertia, m22 = inertia2 + rotor2;
+      if (m11 * m22 > m12 * m12) continue;
+      return "no arm has these inertias: they are about the joints, and so at least mass com^2 (" +
+             format(mass1 * com1 * com1, 4) + " and " + format(mass2 * com2 * com2, 4) + ")";
+    }
+    return "";
   }
 
   AffineOf<2> affine(const Joints<2>& q, const Joints<2>& v) const {

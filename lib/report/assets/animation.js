@@ -12,6 +12,18 @@ const machines = {
       ];
     }
   }),
+  planar_arm: p => ({
+    reach: p.length.reduce((sum, l) => sum + l, 0),
+    joints: q => {
+      const points = [[0, 0]];
+      let angle = 0;
+      p.length.forEach((l, i) => {
+        angle += q[i];
+        points.push([points[i][0] + l * Math.sin(angle), points[i][1] + l * Math.cos(angle)]);
+      });
+      return points;
+    }
+  }),
   mass: (_, runs) => ({
     reach: 1.15 * Math.max(...range(runs.flatMap(r => [r.q[0], r.reference[0]])).map(Math.abs), 1e-6),
     rail: true,

@@ -1,6 +1,6 @@
 // The report of experiments: the paper's figures and table for every study.
 const kControllerColours = ["grey", "orange", "green", "blue", "purple", "red", "sky", "yellow"];
-const kJointColours = ["blue", "orange", "green", "purple"];
+const kJointColours = ["blue", "orange", "green", "purple", "red", "sky", "yellow"];
 const kMetricNames = {
   energy: "energy",
   energy_riemann: "energy, Riemann sum",
@@ -159,8 +159,8 @@ const task = (place, study) => {
       "plant",
       words(study.plant) +
           Object.entries(s.model.parameters || {})
-              .filter(p => typeof p[1] === "number" && p[1] !== 0)
-              .map(([k, v]) => `, ${words(k)} ${number(v)}`)
+              .filter(([_, v]) => Array.isArray(v) ? v.some(x => x !== 0) : typeof v === "number" && v !== 0)
+              .map(([k, v]) => `, ${words(k)} ${list(v)}`)
               .join("")
     ],
     ["x(0)", `${list(s.initial_state.position)}, ${list(s.initial_state.velocity)}`],

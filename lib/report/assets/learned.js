@@ -28,6 +28,10 @@ const learned = (place, study) => {
       const held = share(errors, bounds), what = "its bound, which is to hold at every state at once";
       return isNaN(held) ? "" : ` The error is within ${what}, on ${percent(held)}.`;
     };
+    const kept = typeof grid.bound_error === "number" ?
+        ` Begun at its goal at rest, this loop stays within ${number(grid.bound_error, 3)}${
+            u.q ? ` ${u.q}` : ""} of it.` :
+                  "";
     const error_log_b =
         grid.mean_log_b.map((m, k) => m === null || grid.log_b[k] === null ? null : Math.abs(m - grid.log_b[k]));
     const pair = element("div", {class: "pair"});
@@ -42,7 +46,7 @@ const learned = (place, study) => {
     draw(
         "sd_a", "√var[a(x)]",
         `${name}: posterior standard deviation of the drift. The error is within two of them on ${
-            percent(covered)} of the map.${within(grid.error_a, grid.bound_a)}`,
+            percent(covered)} of the map.${within(grid.error_a, grid.bound_a)}${kept}`,
         a, u.a);
     draw(
         "mean_log_b", "E[log b(x)]", `${name}: posterior mean of the logarithm of the input gain.`, b, "",

@@ -180,8 +180,8 @@ TEST_CASE("The numbers of joints in the model and the signals of a diagnosis mus
            error_with("{column: q, scale: 0.001, offset: 0.1, unit: mrad}", "[a, b]"));
   check_at("8:13", "position needs at least one column",
            error_with("{column: q, scale: 0.001, offset: 0.1, unit: mrad}", "[]"));
-  check_at("8:13", "at most 4 joints",
-           error_with("{column: q, scale: 0.001, offset: 0.1, unit: mrad}", "[a, b, c, d, e]"));
+  check_at("8:13", "at most 7 joints",
+           error_with("{column: q, scale: 0.001, offset: 0.1, unit: mrad}", "[a, b, c, d, e, f, g, h]"));
   check_at("8:13", "velocity needs one column", error_with("  time: t\n", "  time: t\n  velocity: [v, w]\n"));
 }
 
