@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 namespace bayesctrl {
 
@@ -12,7 +13,8 @@ namespace {
 
 constexpr double kSmallestRadius = 1e-4;  // rad or m
 constexpr double kRadiusStep = 1.4;
-constexpr int kAcross = 7;  // states along each side
+constexpr int kAcross = 7;        // states along each side
+constexpr double kSpacing = 0.4;  // of the shortest length scale, between them
 
 }  // namespace
 
@@ -30,29 +32,78 @@ DisturbanceGain disturbance_gain(const InnerLaw& law) {
   return {1.0 / w1, 2.0 * std::exp(-decay * peak_time) * std::sinh(root * peak_time) / root};
 }
 
-Eigen::ArrayXd acceleration_bounds(const Belief& used, const std::vector<Belief>& possible,
-                                   const Eigen::MatrixXd& states, const Eigen::ArrayXd& inputs, double risk) {
+PossibleMachines as_believed(const Belief& belief) { return {{belief.process(0, -1)}, {belief.process(0, 0)}}; }
+
+namespace {
+
+/// What a and log b are at one state, and their covariance.
+struct Pair {
+  Marginal drift, log_gain;
+  double covariance = 0.0;
+};
+
+void for_each_pair(const PossibleMachines& possible, bool together, const StateVector& x, auto&& f) {
+  const std::span<const double> input(x.data(), static_cast<std::size_t>(x.size()));
+  if (together) {
+    for (const auto* list : {&possible.drift, &possible.log_gain}) {
+      for (const Posterior& process : *list) {
+        const TermMarginals terms = process.predict_terms(input);
+        f(Pair{
+            {terms.mean[0], terms.covariance(0, 0)}, {terms.mean[1], terms.covariance(1, 1)}, terms.covariance(0, 1)});
+      }
+    }
+    return;
+  }
+  std::vector<Marginal> gains;
+  for (const Posterior& process : possible.log_gain) gains.push_back(process.predict(input));
+  for (const Posterior& process : possible.drift) {
+    const Marginal drift = process.predict(input);
+    for (const Marginal& gain : gains) f(Pair{drift, gain});
+  }
+}
+
+/// Of all that are finite: others change nothing from state to state.
+double shortest_length(const PossibleMachines& possible) {
+  double shortest = kInfinity;
+  const auto look = [&shortest](Kernel kernel) {
+    for (const HyperParameter& parameter : hyper_parameters(kernel)) {
+      if (parameter.field == "length_scales" || parameter.field == "period") {
+        shortest = std::min(shortest, *parameter.value);
+      }
+    }
+  };
+  for (const auto* list : {&possible.drift, &possible.log_gain}) {
+    for (const Posterior& process : *list) {
+      for (const GaussianProcess& term : process.prior().terms) look(term.kernel);
+      if (process.prior().terms.empty()) look(process.prior().kernel);
+    }
+  }
+  return shortest;
+}
+
+}  // namespace
+
+double acceleration_bound(const Belief& used, const PossibleMachines& possible, const Eigen::MatrixXd& states,
+                          const Eigen::ArrayXd& inputs, double risk, double limit) {
   const auto events = static_cast<double>(2 * states.rows());  // of the linear part, and of log b
   const double z = boost::math::quantile(boost::math::complement(boost::math::normal(), 0.5 * risk / events));
-  Eigen::ArrayXd bounds = Eigen::ArrayXd::Zero(states.rows());
-  for (Eigen::Index k = 0; k < states.rows(); ++k) {
+  double largest = 0.0;
+  for (Eigen::Index k = 0; k < states.rows() && largest <= limit; ++k) {
     const StateVector x = states.row(k);
     const double u = inputs[k];
     const BeliefMarginals expected = used.predict(x);
-    const double mean = expected.drift_mean[0] + u * expected.gain_mean(0, 0);
-    for (const Belief& belief : possible) {
-      const BeliefMarginals believed = belief.predict(x);
-      const double slope = u * std::exp(believed.log_gain_mean[0]);
-      const double linear = belief.together()
-                                ? belief.predict(0, x, Eigen::Vector2d(1.0, slope)).variance
-                                : believed.drift_variance[0] + slope * slope * believed.log_gain_variance[0];
-      const double reach = z * std::sqrt(believed.log_gain_variance[0]);
-      const double curved = std::abs(slope) * (std::expm1(reach) - reach);
-      const double shifted = std::abs(believed.drift_mean[0] + slope - mean);
-      bounds[k] = std::max(bounds[k], z * std::sqrt(linear) + curved + shifted);
-    }
+    const double mean = u == 0.0 ? expected.drift_mean[0] : expected.drift_mean[0] + u * expected.gain_mean(0, 0);
+    for_each_pair(possible, used.together(), x, [&](const Pair& pair) {
+      const double slope = u == 0.0 ? 0.0 : u * std::exp(pair.log_gain.mean);
+      const double linear =
+          pair.drift.variance + 2.0 * slope * pair.covariance + slope * slope * pair.log_gain.variance;
+      const double reach = z * std::sqrt(pair.log_gain.variance);
+      const double curved = slope == 0.0 ? 0.0 : std::abs(slope) * (std::expm1(reach) - reach);
+      const double sum = z * std::sqrt(std::max(linear, 0.0)) + curved + std::abs(pair.drift.mean + slope - mean);
+      largest = std::isnan(sum) ? kInfinity : std::max(largest, sum);
+    });
   }
-  return bounds;
+  return largest;
 }
 
 double contained_error(const DisturbanceGain& gain, const std::vector<double>& radii,
@@ -65,13 +116,13 @@ double contained_error(const DisturbanceGain& gain, const std::vector<double>& r
 }
 
 double error_bound(const InnerLaw& law, const std::vector<double>& input_limit, double goal, const Box& box,
-                   const Belief& used, const std::vector<Belief>& others, double risk) {
+                   const Belief& used, const PossibleMachines& possible, double risk) {
   const DisturbanceGain gain = disturbance_gain(law);
   const double slope = gain.velocity / gain.position;
-  const double widest = std::min({goal - box[0][0], box[0][1] - goal, -box[1][0] / slope, box[1][1] / slope});
+  const double spaced = kSpacing * shortest_length(possible) * 0.5 * (kAcross - 1) / std::max(1.0, slope);
+  const double widest = std::min({goal - box[0][0], box[0][1] - goal, -box[1][0] / slope, box[1][1] / slope, spaced});
   std::vector<double> radii;
   for (double r = kSmallestRadius; r <= widest; r *= kRadiusStep) radii.push_back(r);
-  const double share = risk / static_cast<double>(std::max<std::size_t>(1, radii.size()));
   return contained_error(gain, radii, [&](double r) {
     Eigen::MatrixXd states(kAcross * kAcross, 2);
     Eigen::ArrayXd inputs(states.rows());
@@ -80,14 +131,14 @@ double error_bound(const InnerLaw& law, const std::vector<double>& input_limit, 
       const double rate = r * slope * (2.0 * (k % kAcross) / (kAcross - 1) - 1.0);
       states.row(k) << goal + e, rate;
       const BeliefMarginals believed = used.predict(StateVector(states.row(k)));
-      const JointVector wanted = JointVector::Constant(1, -law.position_weight * e - law.velocity_weight * rate);
-      const JointVector u = feedback_linearise(believed.drift_mean, believed.gain_mean, wanted);
-      if (limited(u, input_limit) != u) return kInfinity;
-      inputs[k] = u[0];
+      const double b = believed.gain_mean(0, 0);
+      if (!std::isfinite(b) || !(b > 0.0)) return kInfinity;
+      const double u = (-law.position_weight * e - law.velocity_weight * rate - believed.drift_mean[0]) / b;
+      if (!std::isfinite(u) || (!input_limit.empty() && std::abs(u) > input_limit[0])) return kInfinity;
+      inputs[k] = u;
     }
-    const double own = acceleration_bounds(used, {used}, states, inputs, share).maxCoeff();
-    if (own * gain.position > r || others.empty()) return own;
-    return std::max(own, acceleration_bounds(used, others, states, inputs, share).maxCoeff());
+    // The radius does not depend on the machine, given the data: the risk is that of one.
+    return acceleration_bound(used, possible, states, inputs, risk, r / gain.position);
   });
 }
 

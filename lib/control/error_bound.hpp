@@ -18,12 +18,21 @@ struct DisturbanceGain {
 };
 DisturbanceGain disturbance_gain(const InnerLaw& law);
 
-/// By how much q'' of a machine of one joint is other than `used` expects, at all rows of `states` (q, v) under these
-/// inputs at once, with probability 1 - `risk` at least if the machine is a draw from one of the `possible` beliefs:
-/// the largest under any of them, of z sd(a + E' log b) + what is curved in exp(log b) + what their means differ, by a
-/// union bound over the states.
-Eigen::ArrayXd acceleration_bounds(const Belief& used, const std::vector<Belief>& possible,
-                                   const Eigen::MatrixXd& states, const Eigen::ArrayXd& inputs, double risk);
+/// What a machine of one joint may be a draw from, the same samples under each. Apart: any of `drift` with any of
+/// `log_gain`; together any one of both.
+struct PossibleMachines {
+  std::vector<Posterior> drift, log_gain;
+};
+
+/// The processes of a belief alone.
+PossibleMachines as_believed(const Belief& belief);
+
+/// By how much q'' is other than `used` expects, at most, at all rows of `states` (q, v) under these inputs at once,
+/// with probability 1 - `risk` at least: the largest under any possible machine, of z sd(a + E' log b) + what is curved
+/// in exp(log b) + what their means differ, by a union bound over the states. Infinite where b is believed to be
+/// without bound. What exceeds `limit` is not looked at further.
+double acceleration_bound(const Belief& used, const PossibleMachines& possible, const Eigen::MatrixXd& states,
+                          const Eigen::ArrayXd& inputs, double risk, double limit = kInfinity);
 
 /// The error of a loop that begins at its goal at rest. Where |q'' - u'| is at most `disturbance`(r) at all states with
 /// |e| <= r and |e'| <= r velocity / position, the loop never leaves them if that times `position` is at most r, and
@@ -32,10 +41,11 @@ double contained_error(const DisturbanceGain& gain, const std::vector<double>& r
                        const std::function<double(double)>& disturbance);
 
 /// A bound on the error with which feedback linearisation with `used` holds a machine of one joint at `goal`, beginning
-/// there at rest, that holds with probability 1 - `risk` at least if the machine is a draw from `used` or one of the
-/// `others`; NaN if there is none within the box (of q and v), or within the limits of the input. By `contained_error`;
-/// the disturbance is that of 7 x 7 states for each radius, and control is taken to be continuous.
+/// there at rest, by `contained_error`. The disturbance is the largest, with probability 1 - `risk` at least, at 7 x 7
+/// states for each radius, which lie no further apart than 0.4 of the shortest length scale; between them it is taken
+/// to be no larger. Control is taken to be continuous, and the state to be seen as it is. NaN if there is no bound
+/// within the box (of q and v), or within the limits of the input.
 double error_bound(const InnerLaw& law, const std::vector<double>& input_limit, double goal, const Box& box,
-                   const Belief& used, const std::vector<Belief>& others, double risk);
+                   const Belief& used, const PossibleMachines& possible, double risk);
 
 }  // namespace bayesctrl

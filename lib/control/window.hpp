@@ -54,8 +54,6 @@ class History {
   long calls() const { return calls_; }
   int joints() const { return joints_; }
 
-  /// Whether call k is kept.
-  bool has(long k) const { return k >= 0 && k < calls_ && k >= calls_ - capacity_; }
   const StateVector& seen(long k) const { return seen_[static_cast<std::size_t>(k % capacity_)]; }
 
   /// The input held from call k to k + 1; 0 before the first, the oldest for what is no longer kept.

@@ -203,8 +203,8 @@ Possible possible_priors(const Study& study, const Belief& belief, const std::st
   return result;
 }
 
-/// Bounds over the box of the grid of one joint that together hold with the confidence asked for; NaN where there is
-/// none.
+/// Bounds over the box of the grid of one joint; NaN where there is none. Those on a_i and log b_ii together hold with
+/// the confidence asked for, that on the error by itself.
 struct GridBounds {
   Eigen::ArrayXd drift, log_gain;                           // on the errors of a_i and log b_ii
   double error = std::numeric_limits<double>::quiet_NaN();  // with which the last goal is held
@@ -224,7 +224,7 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
   box[static_cast<std::size_t>(n + joint)] = side(grid.velocity);
   const double risk = (1.0 - *grid.confidence) / (2 * n);
   GridBounds bounds;
-  std::vector<Belief> others;
+  PossibleMachines machines;
   bool all = true;
   for (const int column : {-1, joint}) {
     const Possible possible = possible_priors(study, belief, controller, joint, column, 0.5 * risk);
@@ -237,14 +237,15 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
     }
     bound =
         uniform_bounds(process, possible.priors, box, possible.known ? risk : 0.5 * risk, states, belief.term(column));
-    for (std::size_t p = 1; p < possible.priors.size() && n == 1; ++p) {
-      others.push_back(belief);
-      others.back().process(joint, column) = condition(possible.priors[p], process);
+    std::vector<Posterior>& list = column < 0 ? machines.drift : machines.log_gain;
+    for (const GaussianProcess& prior : possible.priors) {
+      if (n == 1) list.push_back(list.empty() ? process : condition(prior, process));  // the first is its own
     }
   }
-  if (n == 1 && all && study.inner_law.lead == 0.0) {
-    const double goal = at(study.reference, study.duration).position[0];
-    bounds.error = error_bound(study.inner_law, study.input_limit, goal, box, belief, others, risk);
+  const ReferencePoint goal = at(study.reference, study.duration);
+  const bool rests = goal.velocity.isZero(1e-9) && goal.acceleration.isZero(1e-9);
+  if (n == 1 && all && rests && study.inner_law.lead == 0.0) {
+    bounds.error = error_bound(study.inner_law, study.input_limit, goal.position[0], box, belief, machines, risk);
   }
   return bounds;
 }

@@ -204,7 +204,7 @@ TEST_CASE("A loop that begins at its goal keeps to the bound on its error", "[co
       return (law.position_weight * (1.0 - q) - law.velocity_weight * v - believed.drift_mean[0]) /
              believed.gain_mean(0, 0);
     };
-    const double bound = error_bound(law, {}, 1.0, box, belief, {}, 0.05);
+    const double bound = error_bound(law, {}, 1.0, box, belief, as_believed(belief), 0.05);
     if (std::isnan(bound)) continue;
     ++bounded;
     sum += bound;

@@ -159,8 +159,6 @@ TEST_CASE("The history keeps the last calls, and inputs before the first are 0",
     history.add(Eigen::Vector2d(k, -k));
     history.hold(JointVector::Constant(1, 10.0 * k));
   }
-  CHECK_FALSE(history.has(1));
-  CHECK(history.has(2));
   CHECK(history.seen(5)[0] == 5.0);
   CHECK(history.input(5)[0] == 50.0);
   CHECK(history.input(0)[0] == 20.0);  // the oldest that is kept
