@@ -96,6 +96,7 @@ const beyond = new RegExp([
   "from must be before to|shorter than one control_period|control calls, at most|is not a multiple",
   "is trained_from|is adaptive and needs|has a belief in which|simulation beside every|is also a training recording",
   "No such file|the study has no controller|names that may be used|free = .*allowed",
+  "no arm has these inertias|numbers for \\d+ links|values, but the plant has",
   "inertia '.*' is not positive|steps, at most|file is empty|is not known; known are",
   "low is above high|--set |there is no file|is empty|EXPERIMENT.CONTROLLER.METRIC|there is no '|write a comparison|no column '.*allowed",
 ].join("|"));
