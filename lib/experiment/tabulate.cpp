@@ -187,10 +187,9 @@ Possible possible_priors(const Study& study, const Belief& belief, const std::st
     const GaussianProcess& used = of < 0 ? belief.drift_prior(joint) : belief.gain_prior(joint, of);
     return tuning.when == TuneWhen::never && as_specified(study, adaptive, used, joint, of);
   };
-  bool all_given = true;
-  for (int of = -1; of < belief.joints(); ++of) all_given = all_given && given(of);
+  Possible result{given(column), {}};
+  for (int of = -1; of < belief.joints() && belief.together(); ++of) result.known = result.known && given(of);
   const Posterior& process = belief.process(joint, column);
-  Possible result{belief.together() ? all_given : given(column), {}};
   if (!result.known && process.over_budget()) return result;
   result.priors.push_back(process.prior());
   if (result.known || process.size() == 0) return result;

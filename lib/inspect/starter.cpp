@@ -81,7 +81,7 @@ std::string model_lines(const Plant& plant) {
   std::visit(
       [&]<class P>(const P& form) {
         if constexpr (HasFields<P>) {
-          for (const ParameterDescription& p : describe<P>(form)) {
+          for (const ParameterDescription& p : describe(form)) {
             text += line("    " + p.name + ": " + p.default_value, p.text + (p.unit.empty() ? "" : ", " + p.unit));
           }
         } else {

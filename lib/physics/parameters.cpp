@@ -17,7 +17,7 @@ void for_each_parameter(auto& plant, auto&& f) {
     } else {
       const auto count = static_cast<Eigen::Index>(value.size());
       for (Eigen::Index i = 0; i < count; ++i) {
-        f(std::string_view(numbered(std::string(name), i, count)), value[static_cast<std::size_t>(i)], info);
+        f(std::string_view(numbered(name, i, count)), value[static_cast<std::size_t>(i)], info);
       }
     }
   };
