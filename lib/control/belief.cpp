@@ -192,6 +192,10 @@ BeliefMarginals Belief::predict(const StateVector& x) const {
   const int n = joints();
   BeliefMarginals result{JointVector(n),    JointVector(n), JointMatrix(n, n),
                          JointMatrix(n, n), JointVector(n), JointVector(n)};
+  if (together()) {
+    result.gain_covariance = JointMatrix::Zero(n, n);
+    result.drift_gain_covariance = JointVector::Zero(n);
+  }
   for (int i = 0; i < n; ++i) {
     TermMarginals terms;
     if (together()) terms = motion(i).predict_terms(span_of(x));
@@ -212,6 +216,13 @@ BeliefMarginals Belief::predict(const StateVector& x) const {
       result.gain_mean(i, j) = value.mean;
       result.gain_variance(i, j) = value.variance;
     }
+    if (!together()) continue;
+    TermMatrix& covariance = terms.covariance;
+    covariance.row(i + 1) *= result.gain_mean(i, i);  // cov(f, e^l) = E e^l cov(f, l)
+    covariance.col(i + 1) *= result.gain_mean(i, i);
+    covariance(i + 1, i + 1) = result.gain_variance(i, i);
+    result.gain_covariance += covariance.bottomRightCorner(n, n);
+    result.drift_gain_covariance += covariance.col(0).tail(n);
   }
   return result;
 }

@@ -34,6 +34,9 @@ struct BeliefMarginals {
   JointVector drift_mean, drift_variance;
   JointMatrix gain_mean, gain_variance;
   JointVector log_gain_mean, log_gain_variance;
+  // Together, summed over joints i: the covariance of b_i1, b_i2, ..., and of a_i with them. Apart they are empty.
+  JointMatrix gain_covariance{};
+  JointVector drift_gain_covariance{};
 
   /// Of sum_j b_ij u_j, the b_ij being independent.
   Marginal of_inputs(int i, const JointVector& u) const;

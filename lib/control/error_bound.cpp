@@ -115,8 +115,8 @@ double contained_error(const DisturbanceGain& gain, const std::vector<double>& r
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-double error_bound(const InnerLaw& law, const std::vector<double>& input_limit, double goal, const Box& box,
-                   const Belief& used, const PossibleMachines& possible, double risk) {
+double error_bound(const InnerLaw& law, double caution, const std::vector<double>& input_limit, double goal,
+                   const Box& box, const Belief& used, const PossibleMachines& possible, double risk) {
   const DisturbanceGain gain = disturbance_gain(law);
   const double slope = gain.velocity / gain.position;
   const double spaced = kSpacing * shortest_length(possible) * 0.5 * (kAcross - 1) / std::max(1.0, slope);
@@ -126,19 +126,22 @@ double error_bound(const InnerLaw& law, const std::vector<double>& input_limit, 
   return contained_error(gain, radii, [&](double r) {
     Eigen::MatrixXd states(kAcross * kAcross, 2);
     Eigen::ArrayXd inputs(states.rows());
+    double missed = 0.0;
     for (int k = 0; k < kAcross * kAcross; ++k) {
       const double e = r * (2.0 * (k / kAcross) / (kAcross - 1) - 1.0);
       const double rate = r * slope * (2.0 * (k % kAcross) / (kAcross - 1) - 1.0);
       states.row(k) << goal + e, rate;
       const BeliefMarginals believed = used.predict(StateVector(states.row(k)));
       const double b = believed.gain_mean(0, 0);
-      if (!std::isfinite(b) || !(b > 0.0)) return kInfinity;
-      const double u = (-law.position_weight * e - law.velocity_weight * rate - believed.drift_mean[0]) / b;
+      const double wanted = -law.position_weight * e - law.velocity_weight * rate;
+      if (!std::isfinite(b) || !std::isfinite((wanted - believed.drift_mean[0]) / b)) return kInfinity;
+      const double u = linearise_cautiously(believed, JointVector::Constant(1, wanted), caution)[0];
+      missed = std::max(missed, std::abs(believed.drift_mean[0] + b * u - wanted));
       if (!std::isfinite(u) || (!input_limit.empty() && std::abs(u) > input_limit[0])) return kInfinity;
       inputs[k] = u;
     }
     // The radius does not depend on the machine, given the data: the risk is that of one.
-    return acceleration_bound(used, possible, states, inputs, risk, r / gain.position);
+    return missed + acceleration_bound(used, possible, states, inputs, risk, r / gain.position);
   });
 }
 

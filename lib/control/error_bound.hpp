@@ -40,12 +40,12 @@ double acceleration_bound(const Belief& used, const PossibleMachines& possible, 
 double contained_error(const DisturbanceGain& gain, const std::vector<double>& radii,
                        const std::function<double(double)>& disturbance);
 
-/// A bound on the error with which feedback linearisation with `used` holds a machine of one joint at `goal`, beginning
-/// there at rest, by `contained_error`. The disturbance is the largest, with probability 1 - `risk` at least, at 7 x 7
-/// states for each radius, which lie no further apart than 0.4 of the shortest length scale; between them it is taken
-/// to be no larger. Control is taken to be continuous, and the state to be seen as it is. NaN if there is no bound
-/// within the box (of q and v), or within the limits of the input.
-double error_bound(const InnerLaw& law, const std::vector<double>& input_limit, double goal, const Box& box,
-                   const Belief& used, const PossibleMachines& possible, double risk);
+/// A bound on the error with which `linearise_cautiously` with `used` holds a machine of one joint at `goal`, beginning
+/// there at rest, by `contained_error`. The disturbance is the largest, with probability 1 - `risk` at least, and what
+/// E q'' misses of u', at 7 x 7 states for each radius, which lie no further apart than 0.4 of the shortest length
+/// scale; between them it is taken to be no larger. Control is taken to be continuous, and the state to be seen as it
+/// is. NaN if there is no bound within the box (of q and v), or within the limits of the input.
+double error_bound(const InnerLaw& law, double caution, const std::vector<double>& input_limit, double goal,
+                   const Box& box, const Belief& used, const PossibleMachines& possible, double risk);
 
 }  // namespace bayesctrl

@@ -18,6 +18,17 @@ JointVector feedback_linearise(const JointVector& drift, const JointMatrix& gain
   return u;
 }
 
+JointVector linearise_cautiously(const BeliefMarginals& believed, const JointVector& acceleration, double caution) {
+  if (caution > 0.0 && believed.gain_covariance.size() > 0) {
+    const JointMatrix& b = believed.gain_mean;
+    const JointMatrix curvature = b.transpose() * b + caution * believed.gain_covariance;
+    const JointVector asked = b.transpose() * (acceleration - believed.drift_mean);
+    const JointVector u = JointSolver(curvature).solve(JointVector(asked - caution * believed.drift_gain_covariance));
+    if (u.allFinite()) return u;
+  }
+  return feedback_linearise(believed.drift_mean, believed.gain_mean, acceleration);
+}
+
 JointVector limited(const JointVector& u, const std::vector<double>& limit) {
   JointVector result = u;
   for (Eigen::Index i = 0; i < u.size() && !limit.empty(); ++i) {

@@ -5,6 +5,7 @@
 
 #include "base/fields.hpp"
 #include "base/vector.hpp"
+#include "control/belief.hpp"
 #include "control/reference.hpp"
 
 namespace bayesctrl {
@@ -34,6 +35,12 @@ struct InnerLaw {
 /// Feedback linearisation u = b^-1 (-a + u') (the paper's control law with posterior means for a and b). Throws
 /// NumericalError if b cannot be inverted or the result is not finite.
 JointVector feedback_linearise(const JointVector& drift, const JointMatrix& gain, const JointVector& acceleration);
+
+/// The input that minimises |E q'' - u'|^2 + caution * sum_i var q_i'', of a belief whose processes are together:
+/// cautious control (Astrom & Wittenmark 1995, Ch. 7). Where b is vague, its mean nearly singular, it does not ask for
+/// what only that mean promises; what learning in passing has shown of a + b u at the inputs of before draws it there.
+/// Without caution, covariances, or a finite result, feedback linearisation by the means. Throws as that does.
+JointVector linearise_cautiously(const BeliefMarginals& believed, const JointVector& acceleration, double caution);
 
 /// Each input within +-limit; an empty list means no limits, a list of one serves every input.
 JointVector limited(const JointVector& u, const std::vector<double>& limit);

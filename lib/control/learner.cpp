@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kGainShare = 0.25;  // of the threshold: variance of one sample of log b for which a probe is held
 constexpr double kNews = 2.0;        // standard deviations beyond which a sample in passing is always learned
+constexpr double kFar = 4.0;         // nats by which a sample that is not its own may change log b: e^l is not linear
 
 }  // namespace
 
@@ -147,6 +148,21 @@ SumSample linearised(const Belief& belief, const BeliefMarginals& believed, int 
   return result;
 }
 
+/// The same with b_ii as it is believed to be, its variance noise: what the sample says of a_i and the other b_ij.
+SumSample without_own_gain(SumSample sample, const BeliefMarginals& believed, int i, const Derivative& measured,
+                           const JointVector& u) {
+  const double curved = std::pow(sample.weights[i + 1] * believed.log_gain_variance[i], 2);
+  sample.weights[i + 1] = 0.0;
+  sample.target = measured.acceleration[i] - u[i] * believed.gain_mean(i, i);
+  sample.noise += u[i] * u[i] * believed.gain_variance(i, i) - 0.5 * curved;
+  return sample;
+}
+
+/// By how much a sample would change log b_ii, given the covariance of the terms.
+double change_of_log_gain(const TermMatrix& covariance, int i, const SumSample& told, const Marginal& before) {
+  return covariance.row(i + 1).dot(told.weights) * (told.target - before.mean) / (before.variance + told.noise);
+}
+
 /// What a belief whose processes are together learns from the sample of a probe, or of none.
 Absorbed absorb_together(Belief& belief, const Learner& learner, const std::optional<Probe>& probe,
                          const Derivative& sample) {
@@ -172,8 +188,17 @@ Absorbed absorb_together(Belief& belief, const Learner& learner, const std::opti
     } else {
       told = linearised(belief, believed, i, sample, u, i == column ? estimate : std::nullopt);
     }
-    const Marginal before = belief.predict(i, sample.x, told.weights);
+    Marginal before = belief.predict(i, sample.x, told.weights);
     result.surprises[i] = (told.target - before.mean) / std::sqrt(before.variance + told.noise);
+    if (!gain.by_jump && i != column) {
+      const TermMatrix covariance = belief.motion(i).predict_terms(span_of(sample.x)).covariance;
+      if (std::abs(change_of_log_gain(covariance, i, told, before)) > kFar) {
+        told = without_own_gain(told, believed, i, sample, u);
+        before = belief.predict(i, sample.x, told.weights);
+        const double far = std::abs(change_of_log_gain(covariance, i, told, before)) / kFar;  // by way of a_i
+        told.noise += std::max(0.0, far - 1.0) * (before.variance + told.noise);
+      }
+    }
     const bool known = before.variance < std::min(learner.drift_threshold, told.noise);
     if (!probe && known && std::abs(result.surprises[i]) < kNews) continue;
     try {

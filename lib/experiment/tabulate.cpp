@@ -28,23 +28,26 @@ std::string mode_name(int mode, Eigen::Index joints) {
   return numbered("learn_b", mode, joints);
 }
 
-void add_belief(Table& table, const std::vector<LoopStep>& steps, Eigen::Index n) {
+void add_belief(Table& table, const LoopResult& result, Eigen::Index n) {
+  const auto add = [&](const std::string& name, auto&& value) {
+    std::vector<double> cells;
+    cells.reserve(result.steps.size());
+    for (std::size_t k = 0; k < result.steps.size(); ++k) cells.push_back(value(result.beliefs[k]));
+    table.columns.push_back({name, "", std::move(cells)});
+  };
   for (Eigen::Index i = 0; i < n; ++i) {
-    add(table, numbered("mean_a", i, n), "", steps, [i](const LoopStep& s) { return s.belief.drift_mean[i]; });
-    add(table, numbered("var_a", i, n), "", steps, [i](const LoopStep& s) { return s.belief.drift_variance[i]; });
+    add(numbered("mean_a", i, n), [i](const BeliefMarginals& b) { return b.drift_mean[i]; });
+    add(numbered("var_a", i, n), [i](const BeliefMarginals& b) { return b.drift_variance[i]; });
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      add(table, numbered("mean_b", i, j, n), "", steps,
-          [i, j](const LoopStep& s) { return s.belief.gain_mean(i, j); });
-      add(table, numbered("var_b", i, j, n), "", steps,
-          [i, j](const LoopStep& s) { return s.belief.gain_variance(i, j); });
+      add(numbered("mean_b", i, j, n), [i, j](const BeliefMarginals& b) { return b.gain_mean(i, j); });
+      add(numbered("var_b", i, j, n), [i, j](const BeliefMarginals& b) { return b.gain_variance(i, j); });
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) {
-    add(table, numbered("mean_log_b", i, n), "", steps, [i](const LoopStep& s) { return s.belief.log_gain_mean[i]; });
-    add(table, numbered("var_log_b", i, n), "", steps,
-        [i](const LoopStep& s) { return s.belief.log_gain_variance[i]; });
+    add(numbered("mean_log_b", i, n), [i](const BeliefMarginals& b) { return b.log_gain_mean[i]; });
+    add(numbered("var_log_b", i, n), [i](const BeliefMarginals& b) { return b.log_gain_variance[i]; });
   }
 }
 
@@ -110,7 +113,7 @@ Table trajectory_table(const LoopResult& result) {
     add(table, numbered("reference_v", i, n), "rad/s or m/s", steps,
         [i](const LoopStep& s) { return s.reference.velocity[i]; });
   }
-  if (steps.front().belief.drift_mean.size() == n) add_belief(table, steps, n);
+  if (!result.beliefs.empty()) add_belief(table, result, n);
   return table;
 }
 
@@ -244,7 +247,10 @@ GridBounds grid_bounds(const Study& study, const Belief& belief, int joint, cons
   const ReferencePoint goal = at(study.reference, study.duration);
   const bool rests = goal.velocity.isZero(1e-9) && goal.acceleration.isZero(1e-9);
   if (n == 1 && all && rests && study.inner_law.lead == 0.0) {
-    bounds.error = error_bound(study.inner_law, study.input_limit, goal.position[0], box, belief, machines, risk);
+    const Adaptive* adaptive = adaptive_of(study, controller);
+    const double caution = adaptive != nullptr ? adaptive->caution : Adaptive{}.caution;
+    bounds.error =
+        error_bound(study.inner_law, caution, study.input_limit, goal.position[0], box, belief, machines, risk);
   }
   return bounds;
 }

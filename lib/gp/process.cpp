@@ -127,8 +127,8 @@ TermMarginals Posterior::predict_terms(std::span<const double> x) const {
   const Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> v(scratch(0), padded, terms,
                                                                      Eigen::OuterStride<>(room));
   const Eigen::Map<const Eigen::VectorXd> z(z_.data(), padded);
-  result.mean = v.transpose() * z;
-  result.covariance -= v.transpose() * v;
+  result.mean.noalias() = v.transpose() * z;
+  result.covariance.noalias() -= v.transpose() * v;
   result.covariance.diagonal() = result.covariance.diagonal().cwiseMax(0.0);
   add_means();
   return result;

@@ -45,6 +45,7 @@ class Loop {
     result_.steps.reserve(static_cast<std::size_t>(count_) + 1);
     if (setup.time_calls) result_.call_seconds.reserve(static_cast<std::size_t>(count_) + 1);
     if constexpr (kLearns) {
+      result_.beliefs.reserve(kJoints, count_ + 1);
       learning_.emplace(LearningSetup{within_limits(setup.learner, setup.input_limit, kJoints), setup.tuning, dt_,
                                       count_, setup.sensor.positions_only, setup.timings},
                         setup.belief, random);
@@ -201,13 +202,14 @@ class Loop {
       const InnerLaw& law = setup_.inner_law;
       const JointVector error = step.reference.velocity - seen.tail(kJoints) +
                                 std::sqrt(law.position_weight) * (step.reference.position - seen.head(kJoints));
-      step.belief = learning_->see(k, seen, error);
+      const BeliefMarginals believed = learning_->see(k, seen, error);
       if (const auto& probe = learning_->probe()) {
         step.mode = probe->column;
         step.input = learning_->input();
       } else {
-        step.input = control(seen.head(kJoints), seen.tail(kJoints), time, &step.belief);
+        step.input = control(seen.head(kJoints), seen.tail(kJoints), time, &believed);
       }
+      result_.beliefs.push_back(believed);
       learning_->hold(step.input);
     } else {
       step.input = control(seen.head(kJoints), seen.tail(kJoints), time, nullptr);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/random.hpp"
+#include "control/belief_record.hpp"
 #include "control/controller.hpp"
 #include "control/law.hpp"
 #include "control/learning.hpp"
@@ -44,14 +45,13 @@ struct Mode {
   static constexpr int kLearnDrift = Probe::kDrift;  // and j >= 0: learn column j of the gain
 };
 
-/// One control call: the true state, the input held from here on, and what was believed. For a continuous controller,
-/// the input at this instant.
+/// One control call: the true state and the input held from here on. For a continuous controller, the input at this
+/// instant.
 struct LoopStep {
   double time = 0.0;
   JointVector position, velocity, input;
   ReferencePoint reference;
   int mode = Mode::kControl;
-  BeliefMarginals belief;  // of an adaptive controller, at the measured state
 };
 
 enum class RunStatus { ok, failed };
@@ -61,6 +61,7 @@ struct LoopResult {
   RunStatus status = RunStatus::ok;
   std::string reason;                // of a failure; the steps up to it are kept
   std::vector<LoopStep> steps;       // one per control call, and the final state
+  BeliefRecord beliefs;              // of an adaptive controller, at the measured state of each step
   double energy = 0.0;               // integral of |u|^2
   double squared_error = 0.0;        // integral of |x - xi|^2
   double energy_riemann = 0.0;       // right-end Riemann sum of |u|^2, if asked for

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "control/belief_record.hpp"
 #include "support/compare.hpp"
 #include "support/dense_gp.hpp"
 #include "support/families.hpp"
@@ -186,4 +187,28 @@ TEST_CASE("With a prior model and no data, every plant is believed to be that mo
   BeliefPrior prior = example_prior(1);
   prior.prior_model = Model{TwoLinkArm{}};
   CHECK(prior.problem(1) == "prior_model has another number of joints than the machine");
+}
+
+TEST_CASE("A record gives back what was believed at each call, without covariances", "[control]") {
+  for (int n = 1; n <= kMaxJoints; ++n) {
+    Belief belief = example_belief(n, 8);
+    belief.join();
+    BeliefRecord record;
+    CHECK(record.empty());
+    std::vector<BeliefMarginals> given;
+    for (int k = 0; k < 3; ++k) {
+      given.push_back(belief.predict((0.2 + 0.1 * k) * state(n)));
+      record.push_back(given.back());
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const BeliefMarginals kept = record[k];
+      CHECK(kept.drift_mean == given[k].drift_mean);
+      CHECK(kept.drift_variance == given[k].drift_variance);
+      CHECK(kept.gain_mean == given[k].gain_mean);
+      CHECK(kept.gain_variance == given[k].gain_variance);
+      CHECK(kept.log_gain_mean == given[k].log_gain_mean);
+      CHECK(kept.log_gain_variance == given[k].log_gain_variance);
+      CHECK(kept.gain_covariance.size() == 0);
+    }
+  }
 }

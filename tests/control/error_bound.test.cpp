@@ -119,8 +119,9 @@ TEST_CASE("Where a and log b are apart both may be other than believed at once",
 TEST_CASE("There is no bound where b may be anything, outside of the box, or beyond the input's limit", "[control]") {
   const InnerLaw law{4.0, 3.0};
   const Box box{{-1.0, 3.0}, {-5.0, 5.0}};
-  const auto bound = [&](const Belief& belief, double goal, const std::vector<double>& limit = {}) {
-    return error_bound(law, limit, goal, box, belief, as_believed(belief), 0.05);
+  const auto bound = [&](const Belief& belief, double goal, const std::vector<double>& limit = {},
+                         double caution = 0.1) {
+    return error_bound(law, caution, limit, goal, box, belief, as_believed(belief), 0.05);
   };
   Belief known(wide_prior(0.01), 1);
   for (int k = 0; k < 9; ++k) {
@@ -132,6 +133,11 @@ TEST_CASE("There is no bound where b may be anything, outside of the box, or bey
   CHECK(bound(known, 1.0) < 0.1);
   CHECK(std::isnan(bound(known, 1.0, {0.1})));
   CHECK(std::isnan(bound(known, 4.0)));
+  // What caution leaves of u' is a disturbance, too.
+  known.join();
+  CHECK(bound(known, 1.0) < 0.1);
+  CHECK(bound(known, 1.0, {}, 1e3) > 1.5 * bound(known, 1.0, {}, 0.0));
+  CHECK(std::isnan(bound(known, 1.0, {}, 1e9)));
   for (const double scale : {3.0, 30.0, 38.0, 100.0, 1000.0})
     CHECK(std::isnan(bound(Belief(wide_prior(scale), 1), 1.0)));
 }

@@ -7,6 +7,7 @@
 #include "control/controller.hpp"
 #include "support/compare.hpp"
 #include "support/families.hpp"
+#include "support/paper.hpp"
 
 using namespace bayesctrl;
 using namespace bayesctrl::testing;
@@ -14,6 +15,20 @@ using namespace bayesctrl::testing;
 namespace {
 
 constexpr double kRoundOff = 1e-11;  // condition number of the arm's gain up to 1e2
+
+/// Processes together that have learned from some samples of a + b u.
+Belief joined_belief(int n, RandomStream& random) {
+  Belief belief(example_prior(n), n);
+  belief.join();
+  for (int k = 0; k < 6; ++k) {
+    for (int i = 0; i < n; ++i) {
+      TermVector weights = TermVector::Ones(n + 1);
+      weights.tail(n) = random_joint_vector(random, n, 3.0);
+      belief.learn(i, StateVector(StateVector::Constant(2 * n, 0.1 * k)), weights, draw_normal(random), 0.01);
+    }
+  }
+  return belief;
+}
 
 /// Log-normal gain of one joint: u that a belief with these marginals leads to.
 double input_of(double drift_mean, double log_gain_mean, double log_gain_variance, double acceleration) {
@@ -47,6 +62,50 @@ TEST_CASE("Feedback linearisation needs neither a symmetric nor a positive gain"
     const JointVector drift = random_joint_vector(random, n, 5.0), desired = random_joint_vector(random, n, 5.0);
     CHECK(largest_difference(drift + gain * feedback_linearise(drift, gain, desired), desired) < kRoundOff);
   }
+}
+
+TEST_CASE("Cautious control minimises the expected square of what is missed, the variance counted as asked",
+          "[control]") {
+  RandomStream random = random_stream(3, "law");
+  for (int n = 1; n <= kMaxJoints; ++n) {
+    for (const double caution : {0.1, 1.0}) {
+      const Belief belief = joined_belief(n, random);
+      const StateVector x = StateVector(StateVector::Constant(2 * n, 0.2));
+      const BeliefMarginals believed = belief.predict(x);
+      const JointVector wanted = random_joint_vector(random, n, 10.0);
+      const auto cost = [&](const JointVector& u) {
+        double sum = (believed.drift_mean + believed.gain_mean * u - wanted).squaredNorm();
+        for (int i = 0; i < n; ++i) sum += caution * belief.acceleration(believed, i, x, u).variance;
+        return sum;
+      };
+      const JointVector u = linearise_cautiously(believed, wanted, caution);
+      for (int trial = 0; trial < 20; ++trial) {
+        const JointVector other = u + random_joint_vector(random, n, trial % 2 == 0 ? 1.0 : 0.01);
+        INFO(n << " joints, caution " << caution);
+        CHECK(cost(other) > cost(u));
+      }
+      CHECK(linearise_cautiously(believed, wanted, 0.0) ==
+            feedback_linearise(believed.drift_mean, believed.gain_mean, wanted));
+    }
+  }
+}
+
+TEST_CASE("Cautious control asks for less where b is vague, and for what is wanted where it is known", "[control]") {
+  BeliefMarginals believed{JointVector::Constant(1, 1.0),    JointVector::Zero(1), JointMatrix::Constant(1, 1, 2.0),
+                           JointMatrix::Constant(1, 1, 0.0), JointVector::Zero(1), JointVector::Zero(1)};
+  const JointVector wanted = JointVector::Constant(1, 7.0);
+  CHECK(linearise_cautiously(believed, wanted, 0.1)[0] == 3.0);  // processes apart: no covariances
+  believed.drift_gain_covariance = JointVector::Zero(1);
+  for (const double variance : {0.0, 4.0, 400.0}) {
+    believed.gain_covariance = JointMatrix::Constant(1, 1, variance);
+    CHECK(linearise_cautiously(believed, wanted, 0.1)[0] == Approx(3.0 * 4.0 / (4.0 + 0.1 * variance)));
+  }
+  // What is known of a + b u at u = 2 draws the input there.
+  believed.gain_covariance = JointMatrix::Constant(1, 1, 1e8);
+  believed.drift_gain_covariance = JointVector::Constant(1, -2e8);
+  CHECK(linearise_cautiously(believed, wanted, 0.1)[0] == Approx(2.0).epsilon(1e-6));
+  believed.gain_covariance = JointMatrix::Constant(1, 1, kInfinity);
+  CHECK(linearise_cautiously(believed, wanted, 0.1)[0] == 0.0);
 }
 
 TEST_CASE("A gain that cannot be inverted, or no numbers, are a numerical error", "[control]") {

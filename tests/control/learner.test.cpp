@@ -265,6 +265,41 @@ TEST_CASE("A sample in passing teaches a where b is known, b where a is, and els
   CHECK(surprising.surprises[0] > 2.0);
 }
 
+TEST_CASE("A drift that is believed to be known does not turn its surprise into a b without bound", "[control]") {
+  // q'' = -7 where 0 +- 0.05 is believed, while an earlier input still acts: linear in log b that is e^-20.
+  BeliefPrior prior;
+  prior.drift = {process_with({SquaredExponential{0.05, {2.0, 2.0}}}, 1e-4)};
+  prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.5, {2.0, 2.0}}}, 1e-5)}};
+  Belief belief(prior, 1);
+  belief.join();
+  const Derivative sample{Eigen::Vector2d(0.9, -0.1), JointVector::Constant(1, -7.0), JointVector::Constant(1, 0.26),
+                          JointVector::Constant(1, 1e-6)};
+  const Absorbed absorbed = absorb(belief, Learner{}, Probe{}, sample);
+  CHECK(absorbed.taken == 1);
+  CHECK(absorbed.surprises[0] < -20.0);
+  const BeliefMarginals told = belief.predict(sample.x);
+  CHECK(told.log_gain_mean[0] == Approx(0.0).margin(1e-9));
+  CHECK(told.drift_mean[0] < -0.5);
+}
+
+TEST_CASE("Where the errors of a and b are opposite, a second sample in passing teaches their sum", "[control]") {
+  BeliefPrior prior;
+  prior.drift = {process_with({SquaredExponential{3.0, {2.0, 2.0}}}, 1e-4)};
+  prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.3, {2.0, 2.0}}}, 1e-5)}};
+  Belief belief(prior, 1);
+  belief.join();
+  Learner learner;
+  learner.drift_threshold = 1e-4;
+  Derivative sample{Eigen::Vector2d(0.3, -0.1), JointVector::Constant(1, 5.0), JointVector::Constant(1, 4.0),
+                    JointVector::Constant(1, 0.01)};
+  CHECK(absorb_in_passing(belief, learner, sample).taken == 1);
+  const auto expected = [&] { return belief.acceleration(belief.predict(sample.x), 0, sample.x, sample.input).mean; };
+  const double before = expected();
+  sample.acceleration[0] = before + 0.3;
+  CHECK(absorb_in_passing(belief, learner, sample).taken == 1);
+  CHECK(expected() - before == Approx(0.15).margin(0.05));
+}
+
 TEST_CASE("Together a probe of b is a sample of a + b u, or where its jump told of b alone", "[control]") {
   for (const int n : {1, 2}) {
     Belief belief(example_prior(n), n);

@@ -24,9 +24,11 @@ struct Doubt {
   double sd;
 };
 
-Doubt doubt_at(const StudyOutcome& outcome, const LoopStep& step) {
+Doubt doubt_at(const StudyOutcome& outcome, const LoopResult& result, std::size_t k) {
+  const LoopStep& step = result.steps[k];
   const Affine truth = affine(outcome.study.model.plant, step.position, step.velocity);
-  return {std::abs(truth.drift[0] - step.belief.drift_mean[0]), std::sqrt(step.belief.drift_variance[0])};
+  const BeliefMarginals believed = result.beliefs[k];
+  return {std::abs(truth.drift[0] - believed.drift_mean[0]), std::sqrt(believed.drift_variance[0])};
 }
 
 /// Share of the states on the grid of posterior.csv at which |a - E a| exceeds `sds` standard deviations.
@@ -93,9 +95,9 @@ TEST_CASE("(iii) In Experiment 2 a confident wrong belief is not revised and the
     INFO(controller);
     CHECK(metric(outcome, controller, "final_error") > kFarFromGoal);
     CHECK(metric(outcome, controller, "new_drift_points") + metric(outcome, controller, "new_gain_points") <= 3);
-    const std::vector<LoopStep>& steps = outcome.find(controller)->result.steps;
-    for (std::size_t k = steps.size() - 500; k < steps.size(); ++k) {  // the last 5 s
-      const Doubt doubt = doubt_at(outcome, steps[k]);
+    const LoopResult& result = outcome.find(controller)->result;
+    for (std::size_t k = result.steps.size() - 500; k < result.steps.size(); ++k) {  // the last 5 s
+      const Doubt doubt = doubt_at(outcome, result, k);
       REQUIRE(doubt.error > 1.0);                                             // rad/s^2, of at most g/l = 9.81
       REQUIRE(doubt.sd * doubt.sd < outcome.study.learner->drift_threshold);  // so that nothing is learned
     }
@@ -113,7 +115,8 @@ TEST_CASE("(iv) Maximising the marginal likelihood overcomes Experiment 2's beli
     CHECK(metric(third, controller, "tuning_evaluations") > 0);
     CHECK(metric(second, controller, "tuning_evaluations") == 0);
     CHECK(share_beyond(third, controller, 3.0) < 0.01);  // the belief is honest about what it does not know
-    const Doubt last = doubt_at(third, third.find(controller)->result.steps.back());
+    const LoopResult& result = third.find(controller)->result;
+    const Doubt last = doubt_at(third, result, result.steps.size() - 1);
     CHECK(last.error < 3.0 * last.sd);
   }
   CHECK(metric(third, "SP1", "energy") < metric(third, "P100", "energy"));

@@ -86,6 +86,31 @@ TEST_CASE("Arms of three to seven joints end at their goals, the second learner 
   }
 }
 
+TEST_CASE("A machine of which nothing is as believed is controlled after its first surprise", "[experiment]") {
+  // A sixth of the gain, a drift beyond its prior, and a motor that lags: once an input of 1e8 N m followed.
+  const StudyOutcome outcome =
+      robust(3, {"model.parameters={length: 1.0464, friction: 0.2261, mass: 5.9353, gravity: 9.81}",
+                 "model.effects=[{type: actuator_lag, time_constant: 0.02}]",
+                 "initial_state={position: -0.21854, velocity: 2.02876}", "reference.position=0.99751"});
+  for (const char* controller : {"SP1", "SP2"}) {
+    CHECK(metric(outcome, controller, "final_error") < 0.05);
+    CHECK(metric(outcome, controller, "peak_input") < 200.0);
+  }
+}
+
+TEST_CASE("Where b is vague an arm does not ask for what only its mean promises", "[experiment]") {
+  const auto share = [](const std::vector<std::string>& changes) {  // of the oracle's error
+    Node spec = read_yaml(config("arm7_robust.yaml"));
+    set_path(spec, "reference.position=[1.1, 0.1, -1.2, -1.2, -1.7, -1.2, 0.2]");
+    for (const std::string& change : changes) set_path(spec, change);
+    const StudyOutcome outcome = run_one(read<Study>(spec));
+    CHECK(metric(outcome, "SP2", "final_error") < 0.05);
+    return metric(outcome, "SP2", "squared_error") / metric(outcome, "oracle", "squared_error");
+  };
+  CHECK(share({}) < 1.05);
+  CHECK(share({"controllers.SP1.caution=0", "controllers.SP2.caution=0"}) > 1.1);
+}
+
 TEST_CASE("An arm of which one motor alone lags ends at its goal", "[experiment]") {
   for (const char* joint : {"1", "2"}) {
     INFO("motor " << joint);

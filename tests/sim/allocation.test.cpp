@@ -106,6 +106,11 @@ TEST_CASE("Asking a belief and inverting it allocates nothing, for any number of
             u = feedback_linearise(marginals.drift_mean, marginals.gain_mean, acceleration);
           }) == 0);
     CHECK(u.allFinite());
+    Belief together = belief;
+    together.join();
+    together.predict(x);  // buffers of the thread
+    CHECK(allocations_of([&] { u = linearise_cautiously(together.predict(x), acceleration, 0.1); }) == 0);
+    CHECK(u.allFinite());
   }
 }
 

@@ -15,10 +15,13 @@ struct Adaptive {
   static constexpr std::string_view kName = "adaptive";
   static constexpr std::string_view kText =
       "the paper's SP: feedback linearisation with posterior means, learned online";
-  static constexpr std::string_view kEquation = "u = (E b(x))^-1 (u' - E a(x)), u' of the inner law";
+  static constexpr std::string_view kEquation =
+      "u = (E b(x))^-1 (u' - E a(x)), u' of the inner law; with a monitor the u that minimises |E q'' - u'|^2 + "
+      "caution * var q''";
   static constexpr bool kContinuous = false;
   static constexpr Knowledge kKnowledge = Knowledge::belief;
   std::string trained_from;
+  double caution = 0.1;
   bool keep_hyper_parameters = true;
   std::optional<BeliefPrior> belief;
   std::optional<Learner> learner;
@@ -26,6 +29,11 @@ struct Adaptive {
 
   static void fields(auto& self, auto&& field) {
     field("trained_from", self.trained_from, {.text = "controller whose run's data this one starts with; empty: none"});
+    field("caution", self.caution,
+          {kNonNegative, "",
+           "where a and b are learned together (learner.monitor): weight of the variance of q'' beside the square of "
+           "what "
+           "its mean misses of u'; 0: by the means alone, as where they are apart"});
     field("keep_hyper_parameters", self.keep_hyper_parameters,
           {.text = "with trained_from: start from the tuned hyper-parameters too, else from the prior's"});
     field("belief", self.belief, {.text = "priors of this controller instead of the study's"});
@@ -34,7 +42,7 @@ struct Adaptive {
   }
 
   JointVector operator()(const LawInput& in) const {
-    return feedback_linearise(in.belief->drift_mean, in.belief->gain_mean, in.acceleration);
+    return linearise_cautiously(*in.belief, in.acceleration, caution);
   }
 };
 
