@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
 
 #include "base/format.hpp"
 #include "control/error_bound.hpp"
@@ -29,26 +31,29 @@ std::string mode_name(int mode, Eigen::Index joints) {
 }
 
 void add_belief(Table& table, const LoopResult& result, Eigen::Index n) {
-  const auto add = [&](const std::string& name, auto&& value) {
-    std::vector<double> cells;
-    cells.reserve(result.steps.size());
-    for (std::size_t k = 0; k < result.steps.size(); ++k) cells.push_back(value(result.beliefs[k]));
-    table.columns.push_back({name, "", std::move(cells)});
-  };
+  using Value = std::function<double(const BeliefMarginals&)>;
+  std::vector<std::pair<std::string, Value>> columns;
   for (Eigen::Index i = 0; i < n; ++i) {
-    add(numbered("mean_a", i, n), [i](const BeliefMarginals& b) { return b.drift_mean[i]; });
-    add(numbered("var_a", i, n), [i](const BeliefMarginals& b) { return b.drift_variance[i]; });
+    columns.emplace_back(numbered("mean_a", i, n), [i](const auto& b) { return b.drift_mean[i]; });
+    columns.emplace_back(numbered("var_a", i, n), [i](const auto& b) { return b.drift_variance[i]; });
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      add(numbered("mean_b", i, j, n), [i, j](const BeliefMarginals& b) { return b.gain_mean(i, j); });
-      add(numbered("var_b", i, j, n), [i, j](const BeliefMarginals& b) { return b.gain_variance(i, j); });
+      columns.emplace_back(numbered("mean_b", i, j, n), [i, j](const auto& b) { return b.gain_mean(i, j); });
+      columns.emplace_back(numbered("var_b", i, j, n), [i, j](const auto& b) { return b.gain_variance(i, j); });
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) {
-    add(numbered("mean_log_b", i, n), [i](const BeliefMarginals& b) { return b.log_gain_mean[i]; });
-    add(numbered("var_log_b", i, n), [i](const BeliefMarginals& b) { return b.log_gain_variance[i]; });
+    columns.emplace_back(numbered("mean_log_b", i, n), [i](const auto& b) { return b.log_gain_mean[i]; });
+    columns.emplace_back(numbered("var_log_b", i, n), [i](const auto& b) { return b.log_gain_variance[i]; });
   }
+  std::vector<std::vector<double>> cells(columns.size());
+  for (auto& column : cells) column.reserve(result.steps.size());
+  for (std::size_t k = 0; k < result.steps.size(); ++k) {
+    const BeliefMarginals believed = result.beliefs[k];
+    for (std::size_t c = 0; c < columns.size(); ++c) cells[c].push_back(columns[c].second(believed));
+  }
+  for (std::size_t c = 0; c < columns.size(); ++c) table.columns.push_back({columns[c].first, "", std::move(cells[c])});
 }
 
 }  // namespace

@@ -18,6 +18,16 @@ BeliefMarginals certain() {
           JointMatrix::Zero(2, 2), JointVector::Zero(2), JointVector::Zero(2)};
 }
 
+/// One joint, its processes together, as wide as these scales.
+Belief belief_with(double drift_scale, double gain_scale, double drift_noise = 1e-6, double gain_noise = 1e-6) {
+  BeliefPrior prior;
+  prior.drift = {process_with({SquaredExponential{drift_scale, {2.0, 2.0}}}, drift_noise)};
+  prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{gain_scale, {2.0, 2.0}}}, gain_noise)}};
+  Belief belief(prior, 1);
+  belief.join();
+  return belief;
+}
+
 Learner example_learner() {
   Learner learner;
   learner.drift_threshold = 0.1;
@@ -226,14 +236,6 @@ TEST_CASE("In turn, a and the columns of b are probed one after the other, a onl
 }
 
 TEST_CASE("A sample in passing teaches a where b is known, b where a is, and else their sum", "[control]") {
-  const auto belief_with = [](double drift_scale, double gain_scale) {
-    BeliefPrior prior;
-    prior.drift = {process_with({SquaredExponential{drift_scale, {2.0, 2.0}}}, 1e-6)};
-    prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{gain_scale, {2.0, 2.0}}}, 1e-6)}};
-    Belief belief(prior, 1);
-    belief.join();
-    return belief;
-  };
   Learner learner;
   learner.drift_threshold = 1e-4;
   const Derivative sample{Eigen::Vector2d(0.3, -0.1), JointVector::Constant(1, 5.0), JointVector::Constant(1, 2.0),
@@ -267,11 +269,7 @@ TEST_CASE("A sample in passing teaches a where b is known, b where a is, and els
 
 TEST_CASE("A drift that is believed to be known does not turn its surprise into a b without bound", "[control]") {
   // q'' = -7 where 0 +- 0.05 is believed, while an earlier input still acts: linear in log b that is e^-20.
-  BeliefPrior prior;
-  prior.drift = {process_with({SquaredExponential{0.05, {2.0, 2.0}}}, 1e-4)};
-  prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.5, {2.0, 2.0}}}, 1e-5)}};
-  Belief belief(prior, 1);
-  belief.join();
+  Belief belief = belief_with(0.05, 0.5, 1e-4, 1e-5);
   const Derivative sample{Eigen::Vector2d(0.9, -0.1), JointVector::Constant(1, -7.0), JointVector::Constant(1, 0.26),
                           JointVector::Constant(1, 1e-6)};
   const Absorbed absorbed = absorb(belief, Learner{}, Probe{}, sample);
@@ -283,11 +281,7 @@ TEST_CASE("A drift that is believed to be known does not turn its surprise into 
 }
 
 TEST_CASE("Where the errors of a and b are opposite, a second sample in passing teaches their sum", "[control]") {
-  BeliefPrior prior;
-  prior.drift = {process_with({SquaredExponential{3.0, {2.0, 2.0}}}, 1e-4)};
-  prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.3, {2.0, 2.0}}}, 1e-5)}};
-  Belief belief(prior, 1);
-  belief.join();
+  Belief belief = belief_with(3.0, 0.3, 1e-4, 1e-5);
   Learner learner;
   learner.drift_threshold = 1e-4;
   Derivative sample{Eigen::Vector2d(0.3, -0.1), JointVector::Constant(1, 5.0), JointVector::Constant(1, 4.0),
@@ -339,16 +333,12 @@ TEST_CASE("What a probe of b leaves uncertain of a is as wrong as it says", "[co
   learner.probing_input = {6.0};
   const Eigen::Vector2d x(0.3, -0.1);
   for (const double drift_scale : {0.3, 1.0, 3.0}) {
-    BeliefPrior prior;
-    prior.drift = {process_with({SquaredExponential{drift_scale, {2.0, 2.0}}}, 1e-4)};
-    prior.input_gain = {LogNormalProcess{process_with({SquaredExponential{0.5, {2.0, 2.0}}}, 1e-4)}};
     RandomStream random = random_stream(11, "machines");
     double squares = 0.0, of_gain = 0.0;
     int taken = 0;
     for (int draw = 0; draw < kDraws; ++draw) {
       const double a = drift_scale * draw_normal(random), log_b = 0.5 * draw_normal(random);
-      Belief belief(prior, 1);
-      belief.join();
+      Belief belief = belief_with(drift_scale, 0.5, 1e-4, 1e-4);
       const Derivative sample{x, JointVector::Constant(1, a + 6.0 * std::exp(log_b) + 1e-2 * draw_normal(random)),
                               JointVector::Constant(1, 6.0), JointVector::Constant(1, 1e-4)};
       taken += absorb(belief, learner, Probe{0, 0}, sample).taken;

@@ -32,8 +32,7 @@ struct Adaptive {
     field("caution", self.caution,
           {kNonNegative, "",
            "where a and b are learned together (learner.monitor): weight of the variance of q'' beside the square of "
-           "what "
-           "its mean misses of u'; 0: by the means alone, as where they are apart"});
+           "what its mean misses of u'; 0: by the means alone, as where they are apart"});
     field("keep_hyper_parameters", self.keep_hyper_parameters,
           {.text = "with trained_from: start from the tuned hyper-parameters too, else from the prior's"});
     field("belief", self.belief, {.text = "priors of this controller instead of the study's"});
