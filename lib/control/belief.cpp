@@ -15,9 +15,13 @@ const auto& for_joint(const auto& list, int joint) { return list.size() == 1 ? l
 const GaussianProcess& latent(const GaussianProcess& process) { return process; }
 const GaussianProcess& latent(const LogNormalProcess& process) { return process.log; }
 
-/// The prior of one process with `value` of the prior model's a(x) and b(x) added to its mean.
+/// The prior of one process with `value` of the prior model's a(x) and b(x) added to its mean, and as wide as `doubt`,
+/// one standard deviation or one per joint i, says; with none as wide as it is.
 GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model,
-                          double (*value)(const Affine&, int, int), int i, int j) {
+                          double (*value)(const Affine&, int, int), int i, int j, const std::vector<double>* doubt) {
+  if (doubt != nullptr && !doubt->empty()) {
+    scale_output(prior.kernel, for_joint(*doubt, i) / std::sqrt(variance(prior.kernel)));
+  }
   if (model) {
     prior.mean_function = [believed = *model, value, i, j](std::span<const double> x) {
       const auto n = static_cast<Eigen::Index>(x.size() / 2);
@@ -52,18 +56,28 @@ std::string BeliefPrior::problem(int joints) const {
   if (text.empty() && prior_model && bayesctrl::joints(prior_model->plant) != joints) {
     text = "prior_model has another number of joints than the machine";
   }
+  if (text.empty() && prior_model && prior_model->uncertainty) {
+    text = prior_model->uncertainty->problem(joints);
+    if (!text.empty()) text = "uncertainty of prior_model: " + text;
+  }
   return text;
 }
 
 Belief::Belief(const BeliefPrior& prior, int joints) {
   if (const std::string problem = prior.problem(joints); !problem.empty()) throw std::invalid_argument(problem);
   const int dimension = 2 * joints;
+  const std::optional<Model>& model = prior.prior_model;
+  const ModelUncertainty* doubt = model && model->uncertainty && prior.scale_to_model ? &*model->uncertainty : nullptr;
+  const auto of = [doubt](std::vector<double> ModelUncertainty::*what) { return doubt ? &(doubt->*what) : nullptr; };
   for (int i = 0; i < joints; ++i) {
-    drift_.emplace_back(with_mean(for_joint(prior.drift, i), prior.prior_model, drift_of, i, i), dimension);
+    drift_.emplace_back(with_mean(for_joint(prior.drift, i), model, drift_of, i, i, of(&ModelUncertainty::drift)),
+                        dimension);
     for (int j = 0; j < joints; ++j) {
-      gain_.emplace_back(i == j ? with_mean(for_joint(prior.input_gain, i).log, prior.prior_model, log_gain_of, i, j)
-                                : with_mean(for_joint(prior.coupling, i), prior.prior_model, gain_of, i, j),
-                         dimension);
+      gain_.emplace_back(
+          i == j ? with_mean(for_joint(prior.input_gain, i).log, model, log_gain_of, i, j,
+                             of(&ModelUncertainty::input_gain))
+                 : with_mean(for_joint(prior.coupling, i), model, gain_of, i, j, of(&ModelUncertainty::coupling)),
+          dimension);
     }
   }
 }

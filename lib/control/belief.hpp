@@ -16,6 +16,7 @@ struct BeliefPrior {
   std::vector<LogNormalProcess> input_gain;  // b_ii, one per joint: positive
   std::vector<GaussianProcess> coupling;     // b_ij off the diagonal, one per joint i; only for several joints
   std::optional<Model> prior_model;          // its a, log b_ii and b_ij are added to the processes' constant means
+  bool scale_to_model = true;                // each kernel to what prior_model states as its uncertainty
 
   static void fields(auto& self, auto&& field) {
     field("drift", self.drift, {.text = "process of the drift a(x), one or one per joint", .required = true});
@@ -23,6 +24,10 @@ struct BeliefPrior {
           {.text = "log-normal process of b(x), one or one per joint", .required = true});
     field("coupling", self.coupling, {.text = "process of b_ij(x) off the diagonal, one or one per joint"});
     field("prior_model", self.prior_model, {.text = "a model whose a and b are the prior means"});
+    field(
+        "scale_to_model", self.scale_to_model,
+        {.text = "where prior_model states its uncertainty, as one of a diagnosis does, that is the standard deviation "
+                 "of the processes, in the place of their kernels' own"});
   }
 
   /// What is wrong with these priors for a machine of so many joints, in words; empty when nothing is.

@@ -4,6 +4,16 @@
 
 namespace bayesctrl {
 
+std::string ModelUncertainty::problem(int joints) const {
+  const auto fits = [joints](const std::vector<double>& list) {
+    return list.size() == 1 || static_cast<int>(list.size()) == joints;
+  };
+  const std::string one_for_each = joints == 1 ? " one number" : " one number for all joints or one for each";
+  if (!fits(drift)) return "drift has" + one_for_each;
+  if (!fits(input_gain)) return "input_gain has" + one_for_each;
+  return joints == 1 || coupling.empty() || fits(coupling) ? "" : "coupling has" + one_for_each;
+}
+
 Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   Affine result = affine(model.plant, q, v);
   if (model.is_plain()) return result;

@@ -130,12 +130,13 @@ void read_value(const Node& node, Model& model) {
   for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class Form>(Form form) {
     if (index++ != chosen) return;
     if constexpr (HasFields<Form>) {
-      detail::require_known_keys(node, Model::kName, {"plant", "parameters", "effects", "remainder"});
+      detail::require_known_keys(node, Model::kName, {"plant", "parameters", "effects", "remainder", "uncertainty"});
       detail::read_fields(parameters != nullptr ? parameters->value : none, "parameters", form);
       model.plant = form;
     } else {
-      detail::require_known_keys(node, Model::kName,
-                                 {"plant", "parameters", "acceleration", "inertia", "effects", "remainder"});
+      detail::require_known_keys(
+          node, Model::kName,
+          {"plant", "parameters", "acceleration", "inertia", "effects", "remainder", "uncertainty"});
       model.plant = read_custom(node, parameters != nullptr ? parameters->value : none);
     }
   });
@@ -157,6 +158,12 @@ void read_value(const Node& node, Model& model) {
         throw SpecError(item.where, "effects have more than " + std::to_string(kMaxHidden) + " hidden states");
       }
     }
+  }
+  model.uncertainty.reset();
+  if (const Node::Entry* uncertainty = node.find("uncertainty")) {
+    detail::read_node(uncertainty->value, "uncertainty", Info{}, model.uncertainty.emplace());
+    const std::string problem = model.uncertainty->problem(joints(model.plant));
+    if (!problem.empty()) throw SpecError(uncertainty->value.where, "uncertainty: " + problem);
   }
   model.remainder = {};
   if (const Node::Entry* remainder = node.find("remainder")) {
@@ -186,6 +193,10 @@ nlohmann::ordered_json json_value(const Model& model) {
     }
   }
   if (!model.remainder.empty()) object["remainder"] = remainder_json(model.remainder);
+  if (model.uncertainty) {
+    object["uncertainty"] = to_json(*model.uncertainty);
+    if (model.uncertainty->coupling.empty()) object["uncertainty"].erase("coupling");
+  }
   return object;
 }
 
@@ -197,6 +208,7 @@ nlohmann::ordered_json model_schema(detail::Definitions& definitions) {
   const nlohmann::ordered_json effect =
       definitions.once<EffectForm>("effect", [&] { return effect_schema(definitions); });
   const nlohmann::ordered_json remainder = remainder_schema(definitions);
+  const nlohmann::ordered_json uncertainty = detail::object_schema<ModelUncertainty>(definitions);
   std::vector<nlohmann::ordered_json> choices;
   for_each_alternative(static_cast<const Plant*>(nullptr), [&]<class P>(const P& plant) {
     nlohmann::ordered_json choice = detail::empty_object_schema();
@@ -206,6 +218,7 @@ nlohmann::ordered_json model_schema(detail::Definitions& definitions) {
     add_parameters(plant, choice, definitions);
     choice["properties"]["effects"] = {{"type", "array"}, {"items", effect}};
     choice["properties"]["remainder"] = remainder;
+    choice["properties"]["uncertainty"] = uncertainty;
     choices.push_back(std::move(choice));
   });
   nlohmann::ordered_json file = detail::empty_object_schema();

@@ -48,6 +48,21 @@ void check_refused(const CommandResult& result, int status, const std::string& w
 
 }  // namespace
 
+TEST_CASE("What a prior model says of its uncertainty is one number for all joints or one for each, above 0",
+          "[apps]") {
+  const Folder folder;
+  const std::string spec = folder.path() / "doubt.yaml";
+  write_file(spec, slide_text());
+  const auto refused = [&](const std::string& uncertainty, const std::string& why) {
+    const std::string model = "belief.prior_model={plant: mass, uncertainty: " + uncertainty + "}";
+    check_refused(bayesctrl_with({"validate", spec, "--set", model}), 3, why);
+  };
+  refused("{drift: [0.1, 0.2], input_gain: [0.1]}", "uncertainty: drift has one number");
+  refused("{drift: [0], input_gain: [0.1]}", "must be a number greater than 0");
+  refused("{drift: [0.1]}", "uncertainty needs 'input_gain'");
+  refused("{drift: [0.1], input_gain: [0.1], couplings: [1]}", "did you mean 'coupling'?");
+}
+
 TEST_CASE("A horizon that no recording holds is refused with those that are held", "[apps][attack]") {
   const Folder folder;
   const std::string out = folder.path() / "out";

@@ -63,6 +63,23 @@ TEST_CASE("A hidden effect is simulated, diagnosed from a starter, and runs as t
       {"run", study, "--set", "model={file: " + model + "}", "--set", "duration=1", "--quiet", "--no-report"});
   INFO(run.err);
   CHECK(run.status == 0);
+  // A learner that believes in it is as doubtful as the diagnosis was, learns little and does as the oracle.
+  const CommandResult learned = in_folder(
+      {"run", config("corrected_prior.yaml"), "--set",
+       "controllers.corrected.belief.prior_model={file: " + (folder.path() / model).string() + "}", "--quiet"});
+  INFO(learned.err);
+  REQUIRE(learned.status == 0);
+  const auto table =
+      nlohmann::json::parse(read_file(folder.path() / "results/corrected_prior/summary.json", 10'000'000));
+  const auto of = [&](const std::string& controller, const std::string& figure) -> double {
+    for (const auto& row : table["controllers"]) {
+      if (row["controller"] == controller) return row[figure];
+    }
+    throw std::out_of_range(controller);
+  };
+  CHECK(of("corrected", "drift_points") < of("nominal", "drift_points"));
+  CHECK(of("corrected", "final_error") < 0.01);
+  CHECK(of("corrected", "squared_error") == Approx(of("oracle", "squared_error")).epsilon(0.02));
 }
 
 TEST_CASE("calibrate prints the best settings and what they give, as text or as one JSON object", "[apps]") {

@@ -189,6 +189,28 @@ TEST_CASE("With a prior model and no data, every plant is believed to be that mo
   CHECK(prior.problem(1) == "prior_model has another number of joints than the machine");
 }
 
+TEST_CASE("Processes are as wide as their prior model says that it may be wrong, unless that is not wanted",
+          "[control]") {
+  BeliefPrior prior = example_prior(3);
+  prior.prior_model = Model{Custom({}, {"u1", "u2", "u3"}, {})};
+  prior.prior_model->uncertainty = ModelUncertainty{{0.3, 0.2, 0.1}, {0.05}, {0.7, 0.8, 0.9}};
+  const auto sd = [](const Posterior& process) { return std::sqrt(variance(process.prior().kernel)); };
+  const Belief scaled(prior, 3);
+  prior.scale_to_model = false;
+  const Belief own(prior, 3);
+  for (int i = 0; i < 3; ++i) {
+    INFO("joint " << i + 1);
+    const auto joint = static_cast<std::size_t>(i);
+    CHECK(sd(scaled.drift(i)) == Approx(prior.prior_model->uncertainty->drift[joint]));
+    CHECK(sd(scaled.gain(i, i)) == Approx(0.05));
+    CHECK(sd(scaled.gain(i, (i + 1) % 3)) == Approx(prior.prior_model->uncertainty->coupling[joint]));
+    CHECK(own.drift(i).prior().kernel == prior.drift[0].kernel);
+    CHECK(own.gain(i, i).prior().kernel == prior.input_gain[0].log.kernel);
+  }
+  prior.prior_model->uncertainty->coupling.pop_back();
+  CHECK(prior.problem(3) == "uncertainty of prior_model: coupling has one number for all joints or one for each");
+}
+
 TEST_CASE("A record gives back what was believed at each call, without covariances", "[control]") {
   for (int n = 1; n <= kMaxJoints; ++n) {
     Belief belief = example_belief(n, 8);

@@ -20,6 +20,7 @@
 #include "diagnose/verdict/propose.hpp"
 #include "diagnose/verdict/searchable.hpp"
 #include "diagnose/verdict/sentence.hpp"
+#include "diagnose/verdict/uncertainty.hpp"
 #include "diagnose/verdict/units.hpp"
 #include "diagnose/verdict/where.hpp"
 #include "diagnose/verdict/which.hpp"
@@ -278,6 +279,15 @@ void drop_dead_inputs(Search& search) {
   }
 }
 
+/// Of the nominal's error, what the corrected model leaves beyond the noise, and what that hides: two standard
+/// deviations of the mean square of so many positions.
+double share_left(const FitFigures& fit, double positions) {
+  const double before = fit.train.before.value_or(0.0), after = fit.train.after.value_or(before);
+  const double hidden = fit.noise_floor * std::sqrt(2.0 * std::sqrt(2.0 / positions));
+  const double left = std::hypot(beyond_noise(after, fit.noise_floor), hidden);
+  return before > left ? left / before : 1.0;
+}
+
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
 void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                  const std::vector<Measured>& held_out, const Eigen::VectorXd& noise, const StageBegins& stage,
@@ -355,7 +365,11 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   const bool open = diagnosis.verdict == Verdict::unknown || diagnosis.verdict == Verdict::ambiguous;
   if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found, missing.rows);
   result.missing_torque = torque_table(data, found.smoothed, explained_torque(found, judgement.fit), diagnosis.units);
-  result.model = model_json(spec, models.after, judgement.fit);
+  double positions = 0.0;
+  for (const Measured& m : data) positions += static_cast<double>(m.position.size());
+  const double left = share_left(diagnosis.fit, positions);
+  result.model = model_json(spec, models.after, judgement.fit,
+                            uncertainty_of(models.after, judgement.fit, data, found.smoothed, left));
 }
 
 }  // namespace

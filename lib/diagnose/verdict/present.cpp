@@ -114,9 +114,10 @@ ExplainedEffect shown_effect(const Fit& fit, std::size_t e, const std::vector<Me
   return result;
 }
 
-ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit) {
+ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit,
+                        const ModelUncertainty& uncertainty) {
   ordered_json object{{"name", spec.name}};
-  ordered_json plant = json_value(Model{model.plant});
+  ordered_json plant = json_value(Model{model.plant, {}, model.remainder, uncertainty});
   ordered_json effects = ordered_json::array();
   for (std::size_t e = 0; e < model.effects.size(); ++e) {
     ordered_json effect{{"type", name_of(model.effects[e].form)}, {"joint", model.effects[e].joint + 1}};
@@ -129,7 +130,6 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
     effects.push_back(std::move(effect));
   }
   plant["effects"] = effects;
-  if (!model.remainder.empty()) plant["remainder"] = json_value(Model{model.plant, {}, model.remainder})["remainder"];
   object["model"] = plant;
   object["signals"] = to_json(spec.signals);
   object["horizon_s"] = spec.horizon;

@@ -9,6 +9,7 @@
 #include "diagnose/verdict/residual_tests.hpp"
 #include "diagnose/verdict/where.hpp"
 #include "io/table.hpp"
+#include "physics/model.hpp"
 
 namespace bayesctrl {
 
@@ -34,7 +35,8 @@ ExplainedEffect shown_effect(const Fit& fit, std::size_t e, const std::vector<Me
                              const std::vector<JointUnits>& units);
 
 /// model.yaml.
-nlohmann::ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit);
+nlohmann::ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const Fit& fit,
+                                  const ModelUncertainty& uncertainty);
 
 /// missing_torque.csv: recording, t, torque with its standard deviation, position and velocity of each joint; then its
 /// input and what the stated model makes of it all, `law` (samples x joints, of each recording).
