@@ -18,6 +18,10 @@ constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows 
 constexpr long kMostReserved = 4000;   // samples that there is room for from the start
 constexpr double kVagueGain = 10.0;    // thresholds: until that much is known of b it is probed,
 constexpr double kLostGain = 25.0;     // and again where the machine has come to where so little is known
+constexpr double kAlike = 0.99;        // correlation of the drift at the ends of a window that may be a long one
+
+/// Of a window of so many seconds.
+int samples_of(double seconds, double dt) { return static_cast<int>(std::min(500.0, std::round(seconds / dt))) + 1; }
 
 }  // namespace
 
@@ -33,7 +37,9 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
   long capacity = 4, more = setup_.calls / std::max(3L, period_calls_) + 2;
   if (const auto& window = setup_.learner.window) {
     const int shortest = setup_.positions_only ? 5 : 4;
-    const int longest = std::max(shortest, static_cast<int>(std::min(500.0, std::round(window->longest / dt))) + 1);
+    const double seconds =
+        setup_.learner.monitor ? std::max(window->longest, window->longest_in_passing) : window->longest;
+    const int longest = std::max(shortest, samples_of(seconds, dt));
     for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
     timing_ = setup_.timings ? TimingEstimate(*setup_.timings)
                              : TimingEstimate(n, window->longest_delay, dt, setup_.positions_only);
@@ -86,12 +92,12 @@ void Learning::finish_probe(long k) {
     if (age >= setup_.learner.hold_periods) end_probe(k);
     return;
   }
-  const auto seen = static_cast<int>(age - probe_lead_ - probe_wait_ + 1), most = fits_.back().samples();
+  const auto seen = static_cast<int>(age - probe_lead_ - probe_wait_ + 1), most = longest_probe();
   if (seen < fits_.front().samples() || age < setup_.learner.hold_periods) return;
   const bool longest = seen >= most;
   const int samples = std::min(seen, most);
   if (!timing_.known() && !longest && samples < fits_.front().samples() + kBeforeProbe) return;
-  if (!timing_.known()) time_probe(k);
+  if (!timing_.known() && (!probe_told_ || longest)) time_probe(k);
   Measured measured = window(k - samples + 1, samples);
   if (probe_->column != Probe::kDrift) add_jump(measured.sample, k);
   if (!best_ || inaccuracy(measured.sample) < inaccuracy(best_->sample)) best_ = measured;
@@ -106,24 +112,32 @@ void Learning::end_probe(long k) {
   const long length = k - probe_->start;
   probe_.reset();
   best_.reset();
-  probe_timed_ = false;
+  probe_told_.reset();
   if (setup_.learner.schedule == Schedule::after_probe) next_instant_ = k + period_calls_;
   if (!test_) return;
   // A probe that was held longer than it had to be is followed by a longer rest: machines run away while they are
-  // probed. But without b there is no control: while it is vague, half of the time is spent on probes.
-  if (!vague(belief_.predict(history_.seen(k)))) {
+  // probed. But without b there is no control, and without timing nothing to learn in passing: until both are known
+  // half of the time is spent on probes.
+  const bool asks = !timing_.known() && asked_probes_ < kAskedProbes * belief_.joints();
+  if (!asks && !vague(belief_.predict(history_.seen(k)))) {
     next_instant_ = std::max(next_instant_, k + kRest * length);
   } else {
     next_instant_ = k + (complete() ? length : 0);
   }
 }
 
-/// Asks the running probe, once, how late its input acted.
+/// Asks the running probe how late its input acted; what it said when it was shorter does not count any more.
 void Learning::time_probe(long k) {
-  if (probe_timed_ || timed_probes_ >= kTimedProbes * belief_.joints()) return;
-  probe_timed_ = true;
-  ++asked_probes_;
-  if (timing_.add(history_, before(*probe_), k)) ++timed_probes_;
+  if (probe_told_ ? timing_.known() : timed_probes_ >= kTimedProbes * belief_.joints()) return;
+  if (probe_told_) {
+    timing_ = untimed_;
+    timed_probes_ -= *probe_told_;
+  } else {
+    untimed_ = timing_;
+    ++asked_probes_;
+  }
+  probe_told_ = timing_.add(history_, before(*probe_), k);
+  timed_probes_ += *probe_told_;
 }
 
 /// Variance of a sample, over the one that is asked for; above 1 a probe is held longer.
@@ -149,7 +163,7 @@ long Learning::before(const Probe& probe) const {
   for (const Timing& timing : timing_.best()) delay = std::max(delay, timing.delay);
   const long late = timing_.known() ? std::lround(delay / setup_.control_period) : waiting();
   if (probe_lead_ > 0) return probe.start + probe_wait_;
-  const long as_long = std::max<long>(kBeforeProbe, window_samples() / 2);
+  const long as_long = std::max<long>(kBeforeProbe, window_samples());
   return std::max(probe.start - as_long, late);
 }
 
@@ -162,9 +176,9 @@ bool Learning::complete() const {
 
 void Learning::pass(long k) {
   if (!passes_ || probe_ || k < next_passing_) return;
-  const int samples = window_samples();
+  const int samples = passing_samples(k);
+  if (samples == 0) return;
   const long first = k - samples + 1;
-  if (first < used_) return;
   next_passing_ = k + monitor_calls_;
   const Measured measured = window(first, samples);
   keep_noise(measured);
@@ -199,14 +213,50 @@ long Learning::waiting() const {
   return static_cast<long>(std::ceil(wait / dt - 1e-9));
 }
 
-/// Samples of a window: as many as the sensor's noise makes necessary.
-int Learning::window_samples() const {
+/// Samples of the shortest window in which the sensor's noise leaves an acceleration no more than this variance, up to
+/// `most`.
+int Learning::samples_for(double variance, int most) const {
   const double noise = sensor_noise(JointVector::Zero(belief_.joints()), 0.0).maxCoeff();
-  const double asked = std::pow(setup_.learner.window->accuracy, 2);
   for (const WindowFit& fit : fits_) {
-    if (noise * fit.acceleration_variance() <= asked) return fit.samples();
+    if (fit.samples() >= most || noise * fit.acceleration_variance() <= variance) return fit.samples();
   }
   return fits_.back().samples();
+}
+
+int Learning::longest_probe() const {
+  return std::max(fits_.front().samples(), samples_of(setup_.learner.window->longest, setup_.control_period));
+}
+
+/// Samples of a window: as many as the sensor's noise makes necessary.
+int Learning::window_samples() const {
+  return samples_for(std::pow(setup_.learner.window->accuracy, 2), longest_probe());
+}
+
+/// Whether the drift is believed to be nearly the same at both calls.
+bool Learning::alike(long first, long last) const {
+  const auto state = [&](long call) {
+    const StateVector& x = history_.seen(call);
+    return std::span<const double>(x.data(), static_cast<std::size_t>(x.size()));
+  };
+  double least = 1.0;
+  for (int i = 0; i < belief_.joints(); ++i) {
+    least = std::min(least, correlation(belief_.drift_prior(i).kernel, state(first), state(last)));
+  }
+  return least > kAlike;
+}
+
+/// Samples of a window that ends now and begins after what was learned from; 0 to wait. As few as a probe has, but
+/// where the sensor is too noisy for the longest probe as many as drift_threshold asks for, while the machine hardly
+/// moves.
+int Learning::passing_samples(long k) const {
+  const int shortest = window_samples();
+  const int wanted = shortest < longest_probe()
+                         ? shortest
+                         : std::max(shortest, samples_for(setup_.learner.drift_threshold, fits_.back().samples()));
+  const auto unused = static_cast<int>(std::min<long>(k - used_ + 1, wanted));
+  if (unused < shortest) return 0;
+  if (shortest == wanted || !alike(k - unused + 1, k)) return shortest;
+  return unused == wanted ? wanted : 0;
 }
 
 /// Variance of the sensor's noise at each joint, from all windows and a further one's squared residuals.

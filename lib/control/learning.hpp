@@ -77,6 +77,10 @@ class Learning {
   JointVector sensor_noise(const JointVector& rest, double freedom) const;
   void keep_noise(const Measured& measured);
   int window_samples() const;
+  int passing_samples(long k) const;
+  bool alike(long first, long last) const;
+  int samples_for(double variance, int most) const;
+  int longest_probe() const;
   long waiting() const;
   long before(const Probe& probe) const;
   JointVector sample_noise() const;
@@ -112,17 +116,18 @@ class Learning {
   std::optional<Measured> best_;  // sample of the running probe so far
   std::vector<WindowFit> fits_;   // by samples, from the shortest
   TimingEstimate timing_;
-  bool passes_ = false;          // q'' is learned in passing: nothing is probed
-  bool probe_timed_ = false;     // the running probe was asked
-  int timed_probes_ = 0;         // that told of the timing,
-  int asked_probes_ = 0;         // of so many that were asked
-  JointVector noise_;            // variance of the sensor's, of each joint, from all windows
-  double noise_freedom_ = 0.0;   // and its degrees of freedom
-  BeliefMarginals believed_;     // at the last call
-  std::vector<Sample> samples_;  // of this run, where there is a monitor and no process is over budget
-  Belief begun_;                 // what it began with, likewise
-  int capacity_ = 0;             // samples that a process may gain
-  std::vector<int> tuned_size_;  // samples of a process when it was last tuned
+  TimingEstimate untimed_;          // without the running probe
+  bool passes_ = false;             // q'' is learned in passing: nothing is probed
+  std::optional<bool> probe_told_;  // the running probe was asked, and told
+  int timed_probes_ = 0;            // that told of the timing,
+  int asked_probes_ = 0;            // of so many that were asked
+  JointVector noise_;               // variance of the sensor's, of each joint, from all windows
+  double noise_freedom_ = 0.0;      // and its degrees of freedom
+  BeliefMarginals believed_;        // at the last call
+  std::vector<Sample> samples_;     // of this run, where there is a monitor and no process is over budget
+  Belief begun_;                    // what it began with, likewise
+  int capacity_ = 0;                // samples that a process may gain
+  std::vector<int> tuned_size_;     // samples of a process when it was last tuned
   std::optional<SurpriseTest> test_;
   LearningRecord record_;
 };

@@ -13,12 +13,17 @@ namespace bayesctrl {
 /// machines on which an input acts late.
 struct DerivativeWindow {
   double longest = 0.2;
+  double longest_in_passing = 0.5;
   double accuracy = 0.05;
   double longest_delay = 0.05;
 
   static void fields(auto& self, auto&& field) {
     field("longest", self.longest,
           {kPositive, "s", "longest window, and so the longest probe that noise makes necessary"});
+    field("longest_in_passing", self.longest_in_passing,
+          {kPositive, "s",
+           "longest window in passing where noise makes the longest probe too short: as long as drift_threshold asks, "
+           "while the machine hardly moves"});
     field("accuracy", self.accuracy,
           {kPositive, "rad/s^2", "standard deviation of an acceleration up to which a probe is held"});
     field("longest_delay", self.longest_delay,

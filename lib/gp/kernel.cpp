@@ -68,6 +68,12 @@ void collect(Kernel& kernel, const std::string& prefix, std::vector<HyperParamet
 
 }  // namespace
 
+double correlation(const Kernel& kernel, std::span<const double> x, std::span<const double> y) {
+  BlockArray k;
+  evaluate(kernel, {x.data(), 1, 1, static_cast<int>(x.size())}, y.data(), k);
+  return k[0] / variance(kernel);
+}
+
 double variance(const Kernel& kernel) {
   return std::visit(
       [](const auto& form) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -56,6 +57,9 @@ inline bool Product::operator==(const Product& other) const { return factors == 
 
 /// k(x, x).
 double variance(const Kernel& kernel);
+
+/// k(x, y) / k(x, x) of two inputs.
+double correlation(const Kernel& kernel, std::span<const double> x, std::span<const double> y);
 
 /// Multiplies the function's scale by `factor`, its variance by the square.
 void scale_output(Kernel& kernel, double factor);
