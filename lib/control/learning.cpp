@@ -18,7 +18,7 @@ constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows 
 constexpr long kMostReserved = 4000;   // samples that there is room for from the start
 constexpr double kVagueGain = 10.0;    // thresholds: until that much is known of b it is probed,
 constexpr double kLostGain = 25.0;     // and again where the machine has come to where so little is known
-constexpr double kAlike = 0.99;        // correlation of the drift at the ends of a window that may be a long one
+constexpr double kAlike = 0.999;       // correlation of the drift at both ends of a window that may be a long one
 
 /// Of a window of so many seconds.
 int samples_of(double seconds, double dt) { return static_cast<int>(std::min(500.0, std::round(seconds / dt))) + 1; }
@@ -102,7 +102,7 @@ void Learning::finish_probe(long k) {
   if (probe_->column != Probe::kDrift) add_jump(measured.sample, k);
   if (!best_ || inaccuracy(measured.sample) < inaccuracy(best_->sample)) best_ = measured;
   if (inaccuracy(best_->sample) > 1.0 && !longest) return;
-  time_probe(k);
+  if (!longest || timing_.known()) time_probe(k);
   keep_noise(*best_);
   learn({probe_, best_->sample}, k);
   end_probe(k);
@@ -118,12 +118,18 @@ void Learning::end_probe(long k) {
   // A probe that was held longer than it had to be is followed by a longer rest: machines run away while they are
   // probed. But without b there is no control, and without timing nothing to learn in passing: until both are known
   // half of the time is spent on probes.
-  const bool asks = !timing_.known() && asked_probes_ < kAskedProbes * belief_.joints();
-  if (!asks && !vague(belief_.predict(history_.seen(k)))) {
+  const bool untimed = asks_timing() && !timing_.known();
+  if (!untimed && !vague(belief_.predict(history_.seen(k)))) {
     next_instant_ = std::max(next_instant_, k + kRest * length);
   } else {
     next_instant_ = k + (complete() ? length : 0);
   }
+}
+
+/// Whether further probes are asked how late their input acts.
+bool Learning::asks_timing() const {
+  const int n = belief_.joints();
+  return timed_probes_ < kTimedProbes * n && asked_probes_ < kAskedProbes * n;
 }
 
 /// Asks the running probe how late its input acted; what it said when it was shorter does not count any more.
@@ -189,7 +195,7 @@ void Learning::start_probe(const JointVector& error, long k) {
   if (k < next_instant_) return;
   if (!probe_ && k < setup_.calls && !passes_) {
     std::bitset<kMaxJoints> untimed;  // inputs of which it is asked, and not known, how late they act
-    const bool asks = test_ && asked_probes_ < kAskedProbes * belief_.joints();
+    const bool asks = test_ && asks_timing();
     for (int j = 0; j < belief_.joints(); ++j) untimed[static_cast<std::size_t>(j)] = asks && !timing_.known(j);
     probe_ = decide(setup_.learner, believed_, tolerated(error), last_probed_, k, untimed);
     if (probe_) last_probed_ = probe_->column;
@@ -232,15 +238,16 @@ int Learning::window_samples() const {
   return samples_for(std::pow(setup_.learner.window->accuracy, 2), longest_probe());
 }
 
-/// Whether the drift is believed to be nearly the same at both calls.
-bool Learning::alike(long first, long last) const {
-  const auto state = [&](long call) {
-    const StateVector& x = history_.seen(call);
+/// Whether the drift is believed to be nearly the same at the first and in the last window of so many samples, from one
+/// call to another.
+bool Learning::alike(long first, long last, int samples) const {
+  const StateVector from = window(first, samples).sample.x, to = window(last - samples + 1, samples).sample.x;
+  const auto span_of = [](const StateVector& x) {
     return std::span<const double>(x.data(), static_cast<std::size_t>(x.size()));
   };
   double least = 1.0;
   for (int i = 0; i < belief_.joints(); ++i) {
-    least = std::min(least, correlation(belief_.drift_prior(i).kernel, state(first), state(last)));
+    least = std::min(least, correlation(belief_.drift_prior(i).kernel, span_of(from), span_of(to)));
   }
   return least > kAlike;
 }
@@ -255,7 +262,7 @@ int Learning::passing_samples(long k) const {
                          : std::max(shortest, samples_for(setup_.learner.drift_threshold, fits_.back().samples()));
   const auto unused = static_cast<int>(std::min<long>(k - used_ + 1, wanted));
   if (unused < shortest) return 0;
-  if (shortest == wanted || !alike(k - unused + 1, k)) return shortest;
+  if (shortest == wanted || !alike(k - unused + 1, k, shortest)) return shortest;
   return unused == wanted ? wanted : 0;
 }
 

@@ -66,6 +66,7 @@ class Learning {
 
   void finish_probe(long k);
   void end_probe(long k);
+  bool asks_timing() const;
   void time_probe(long k);
   double inaccuracy(const Derivative& sample) const;
   bool vague(const BeliefMarginals& believed) const;
@@ -78,7 +79,7 @@ class Learning {
   void keep_noise(const Measured& measured);
   int window_samples() const;
   int passing_samples(long k) const;
-  bool alike(long first, long last) const;
+  bool alike(long first, long last, int samples) const;
   int samples_for(double variance, int most) const;
   int longest_probe() const;
   long waiting() const;

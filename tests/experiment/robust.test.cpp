@@ -52,7 +52,7 @@ TEST_CASE("A period of delay, a lag and positions alone cost hardly anything at 
 }
 
 TEST_CASE(
-    "Noise of a milliradian costs a fiftieth of a radian, the second learner a tenth of the oracle's error at most",
+    "Noise of a milliradian costs a fortieth of a radian, the second learner a tenth of the oracle's error at most",
     "[experiment]") {
   for (const int experiment : {1, 3}) {
     for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {

@@ -1,8 +1,12 @@
 #include "diagnose/verdict/compared.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "diagnose/fit/autoregression.hpp"
 #include "diagnose/settings.hpp"
 #include "diagnose/verdict/present.hpp"
+#include "diagnose/verdict/which.hpp"
 
 namespace bayesctrl {
 
@@ -20,22 +24,56 @@ Models models_of(const Search& search, const Judgement& judgement) {
   return models;
 }
 
-FitErrors compare(const Models& models, const Search& search, const std::vector<Measured>& recordings, bool held_out,
-                  const std::vector<JointUnits>& units, Table& runs) {
+namespace {
+
+/// RMS of measured less simulated positions of each joint, where there is a simulation.
+Eigen::VectorXd joint_errors(const FreeRuns& runs, const std::vector<Measured>& data) {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(data.front().position.cols()), count = squares;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    for (Eigen::Index j = 0; j < squares.size(); ++j) {
+      for (Eigen::Index k = 0; k < data[r].position.rows(); ++k) {
+        const double error = data[r].position(k, j) - runs.simulated[r](k, j);
+        if (!std::isfinite(error)) continue;
+        squares[j] += error * error;
+        count[j] += 1.0;
+      }
+    }
+  }
+  return squares.cwiseQuotient(count.cwiseMax(1.0)).cwiseSqrt();
+}
+
+}  // namespace
+
+Eigen::VectorXd Compared::left(const Eigen::VectorXd& noise) const {
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(before.size());
+  for (Eigen::Index j = 0; j < share.size(); ++j) {
+    const double hidden = noise[j] * std::sqrt(2.0 * std::sqrt(2.0 / samples));
+    const double rest = std::hypot(beyond_noise(after[j], noise[j]), hidden);
+    if (rest < before[j]) share[j] = rest / before[j];
+  }
+  return share;
+}
+
+Compared compare(const Models& models, const Search& search, const std::vector<Measured>& recordings, bool held_out,
+                 const std::vector<JointUnits>& units, Table& runs) {
   const Explanation& explanation = search.explanation;
   const std::vector<Trajectory> paths = smooth_all(search.nominal, recordings, explanation.noise);
   const auto run = [&](const Corrected& model) {
     return free_runs(model, recordings, paths, search.spec.horizon, held_out, explanation.max_step);
   };
   const FreeRuns before = run(models.before), after = run(models.after);
-  FitErrors errors;
+  Compared result{{},
+                  joint_errors(before, recordings),
+                  joint_errors(after, recordings),
+                  before.samples / static_cast<double>(search.spec.joints())};
+  FitErrors& errors = result.errors;
   errors.before = before.rms;
   errors.refit = search.options.free.empty() ? before.rms : run(models.refit).rms;
   errors.after = after.rms;
   if (models.with_remainder) errors.after_with_remainder = run(*models.with_remainder).rms;
   errors.without_physics = autoregression_error(search.data, recordings, search.spec.horizon);
   add_runs(runs, held_out ? "held_out" : "train", recordings, before, after, units);
-  return errors;
+  return result;
 }
 
 void drop_refuted_remainder(Judgement& judgement, const Search& search, const std::vector<Measured>& held_out) {

@@ -279,15 +279,6 @@ void drop_dead_inputs(Search& search) {
   }
 }
 
-/// Of the nominal's error, what the corrected model leaves beyond the noise, and what that hides: two standard
-/// deviations of the mean square of so many positions.
-double share_left(const FitFigures& fit, double positions) {
-  const double before = fit.train.before.value_or(0.0), after = fit.train.after.value_or(before);
-  const double hidden = fit.noise_floor * std::sqrt(2.0 * std::sqrt(2.0 / positions));
-  const double left = std::hypot(beyond_noise(after, fit.noise_floor), hidden);
-  return before > left ? left / before : 1.0;
-}
-
 /// Explains recordings by a search on thinned-out ones. Held-out recordings are looked at last.
 void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordings,
                  const std::vector<Measured>& held_out, const Eigen::VectorXd& noise, const StageBegins& stage,
@@ -344,13 +335,17 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   for (const Measured& m : recordings) {
     if (m.left_out > 0) diagnosis.fit.left_out = diagnosis.fit.left_out.value_or(0.0) + static_cast<double>(m.left_out);
   }
-  diagnosis.fit.train = compare(models, found, compared(recordings), false, diagnosis.units, result.runs);
+  const Compared train = compare(models, found, compared(recordings), false, diagnosis.units, result.runs);
+  diagnosis.fit.train = train.errors;
+  Eigen::VectorXd left = train.left(found.explanation.noise);
   stage(88, "planning the next experiment");
   diagnosis.residual = test_residuals(found, given);
   diagnosis.next_experiment = propose(found.nominal, found.explanation, data, diagnosis.units);
   if (!held_out.empty()) {
     stage(94, "simulating held-out recordings");
-    diagnosis.fit.held_out = compare(models, found, compared(held_out), true, diagnosis.units, result.runs);
+    const Compared other = compare(models, found, compared(held_out), true, diagnosis.units, result.runs);
+    diagnosis.fit.held_out = other.errors;
+    left = left.cwiseMax(other.left(found.explanation.noise));
   }
   hold_to_account(diagnosis, motion_rms(data));
   doubt_beside_remainder(diagnosis);
@@ -365,11 +360,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   const bool open = diagnosis.verdict == Verdict::unknown || diagnosis.verdict == Verdict::ambiguous;
   if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found, missing.rows);
   result.missing_torque = torque_table(data, found.smoothed, explained_torque(found, judgement.fit), diagnosis.units);
-  double positions = 0.0;
-  for (const Measured& m : data) positions += static_cast<double>(m.position.size());
-  const double left = share_left(diagnosis.fit, positions);
   result.model = model_json(spec, models.after, judgement.fit,
-                            uncertainty_of(models.after, judgement.fit, data, found.smoothed, left));
+                            uncertainty_of(models.after, judgement.fit, found.nominal, data, found.smoothed, left));
 }
 
 }  // namespace

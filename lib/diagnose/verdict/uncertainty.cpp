@@ -72,8 +72,9 @@ Eigen::VectorXd left_open(const Corrected& model, const Fit& fit, const Visited&
 
 }  // namespace
 
-ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const std::vector<Measured>& data,
-                                const std::vector<Trajectory>& smoothed, double left) {
+ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const Plant& nominal,
+                                const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed,
+                                const Eigen::VectorXd& left) {
   const Visited states = visited(data, smoothed);
   const Eigen::Index n = states.q.front().size();
   const Eigen::VectorXd open = left_open(model, fit, states, n + n * n);
@@ -81,7 +82,7 @@ ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const st
   const auto count = static_cast<double>(states.q.size());
   for (std::size_t k = 0; k < states.q.size(); ++k) {
     const JointMatrix b = affine(Model{model.plant, model.effects}, states.q[k], states.v[k]).gain;
-    const JointMatrix mobility = motion(model.plant, states.q[k], states.v[k], states.u[k], 0.0).mobility;
+    const JointMatrix mobility = motion(nominal, states.q[k], states.v[k], states.u[k], 0.0).mobility;
     missing += (mobility * states.missing_torque[k]).array().square() / count;
     input += states.u[k].array().square() / count;
     gain += b.diagonal().array().square() / count;
@@ -89,7 +90,7 @@ ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const st
   ModelUncertainty result;
   const auto sd = [](double square) { return std::max(std::sqrt(square), kLeast); };
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double unexplained = left * left * missing[i];
+    const double unexplained = left[i] * left[i] * missing[i];
     // An error of b shows as far as there is input; where there is none, b may be as wrong as it is large.
     const auto shown = [&](Eigen::Index j) { return std::min(unexplained / std::max(input[j], kLeast), gain[i]); };
     result.drift.push_back(sd(open[i] + unexplained));

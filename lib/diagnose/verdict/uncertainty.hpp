@@ -7,9 +7,11 @@
 namespace bayesctrl {
 
 /// By how much a corrected model's a and b may still be wrong along the recorded motion: what the covariance of the
-/// parameters of `fit` leaves open, and the share `left` of what the nominal lacked, 0 to 1, which can be in a or in b.
-/// RMS over the samples. `smoothed`: states of the recordings and the torque that the nominal lacks.
-ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const std::vector<Measured>& data,
-                                const std::vector<Trajectory>& smoothed, double left);
+/// parameters of `fit` leaves open, and the share `left` (0 to 1, of each joint) of the acceleration that the nominal
+/// lacked, which can be in a or in b. RMS over the samples. `smoothed`: states of the recordings and the torque that
+/// the nominal lacks.
+ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const Plant& nominal,
+                                const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed,
+                                const Eigen::VectorXd& left);
 
 }  // namespace bayesctrl

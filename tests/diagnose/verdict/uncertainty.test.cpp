@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/random.hpp"
+#include "diagnose/verdict/compared.hpp"
 #include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 
@@ -46,8 +47,10 @@ Fit fit_with(const Plant& plant, std::vector<Effect> effects, std::vector<Unknow
   return fit;
 }
 
+/// `left`: of every joint.
 ModelUncertainty uncertainty_of(const Fit& fit, const Oscillation& motion, double left) {
-  return uncertainty_of({fit.plant, fit.effects, {}}, fit, motion.data, motion.smoothed, left);
+  return uncertainty_of({fit.plant, fit.effects, {}}, fit, fit.plant, motion.data, motion.smoothed,
+                        Eigen::VectorXd::Constant(motion.data[0].position.cols(), left));
 }
 
 }  // namespace
@@ -112,4 +115,32 @@ TEST_CASE("What an arm's parameters leave open is what draws of them do", "[diag
     CHECK(found.input_gain[i] == Approx(std::sqrt(log_gain[joint])).epsilon(0.1));
     CHECK(found.coupling[i] == Approx(std::sqrt(coupling[joint])).epsilon(0.1));
   }
+}
+
+TEST_CASE("What an arm's motion leaves unexplained is an acceleration of each joint, of the nominal's inertia",
+          "[diagnose]") {
+  const TwoLinkArm nominal{};
+  TwoLinkArm heavier = nominal;
+  heavier.mass1 *= 2.0;
+  const Fit fit = fit_with(heavier, {}, {}, Eigen::MatrixXd());
+  const Oscillation motion = oscillation(2, 1.5, 0.4);
+  const ModelUncertainty found =
+      uncertainty_of({heavier, {}, {}}, fit, nominal, motion.data, motion.smoothed, Eigen::Vector2d(0.1, 1.0));
+  Eigen::Array2d missing = Eigen::Array2d::Zero();
+  for (Eigen::Index k = 0; k < 400; ++k) {
+    const JointVector q = motion.data[0].position.row(k), v = motion.smoothed[0].velocity.row(k);
+    const JointMatrix mobility = bayesctrl::motion(nominal, q, v, JointVector::Zero(2), 0.0).mobility;
+    missing += (mobility * JointVector::Constant(2, 0.4)).array().square() / 400.0;
+  }
+  CHECK(found.drift[0] == Approx(0.1 * std::sqrt(missing[0])));
+  CHECK(found.drift[1] == Approx(std::sqrt(missing[1])));
+  CHECK(found.coupling[0] == Approx(0.1 * std::sqrt(missing[0]) / 1.5));  // of 1.5 N m of input
+}
+
+TEST_CASE("What is left is a share of each joint's error, no less than the noise hides", "[diagnose]") {
+  const Compared compared{{}, Eigen::Vector3d(1.0, 0.02, 0.01), Eigen::Vector3d(0.1, 0.03, 0.01), 800.0};
+  const Eigen::VectorXd left = compared.left(Eigen::Vector3d::Constant(0.01));
+  CHECK(left[0] == Approx(0.1).epsilon(0.01));
+  CHECK(left[1] == 1.0);                                              // worse than before
+  CHECK(left[2] == Approx(std::sqrt(2.0 * std::sqrt(2.0 / 800.0))));  // within the noise: what that hides
 }
