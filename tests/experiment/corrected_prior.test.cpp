@@ -86,6 +86,27 @@ TEST_CASE("Of nothing, the nominal and the corrected model as prior mean, only t
   }
 }
 
+TEST_CASE("With a learner that learns in passing the corrected model needs the fewest samples and the least energy",
+          "[experiment]") {
+  for (const double level : {0.2, 0.4, 0.8}) {
+    INFO("level " << level);
+    Node spec = read_yaml(config("corrected_prior.yaml"));
+    set_path(spec,
+             "learner={period: 0.5, drift_threshold: 1e-4, gain_threshold: 0.005, probing_input: 2.9, order: in_turn, "
+             "window: {}, monitor: {period: 0.1}}");
+    set_path(spec, "model.effects.0.level=" + std::to_string(level));
+    set_path(spec, "controllers.corrected.belief.prior_model.effects.0.level=" + std::to_string(0.975 * level));
+    const StudyOutcome outcome = run_one(read<Study>(spec));
+    CHECK(metric(outcome, "corrected", "final_error") < 0.05);
+    for (const std::string other : {"zero", "nominal"}) {
+      CHECK(metric(outcome, "corrected", "energy") < metric(outcome, other, "energy"));
+      CHECK(metric(outcome, "corrected", "final_error") < metric(outcome, other, "final_error"));
+      CHECK(metric(outcome, "corrected", "drift_points") < metric(outcome, other, "drift_points"));
+      CHECK(metric(outcome, "corrected", "gain_points") < metric(outcome, other, "gain_points"));
+    }
+  }
+}
+
 TEST_CASE("With a lead of one control period the oracle overcomes dry friction at rest, without it does not",
           "[experiment]") {
   const auto final_error = [](const std::string& lead, const std::string& level) {
