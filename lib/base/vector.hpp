@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 namespace bayesctrl {
 
@@ -28,5 +29,11 @@ using HiddenVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, k
 
 /// Positions, then velocities: the x = [q, v] of the paper.
 using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * kMaxJoints, 1>;
+
+/// A view of a vector of any type; no copy that it could outlive.
+template <class Derived>
+std::span<const double> span_of(const Eigen::PlainObjectBase<Derived>& x) {
+  return {x.data(), static_cast<std::size_t>(x.size())};
+}
 
 }  // namespace bayesctrl

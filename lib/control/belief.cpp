@@ -18,9 +18,9 @@ const GaussianProcess& latent(const LogNormalProcess& process) { return process.
 /// The prior of one process with `value` of the prior model's a(x) and b(x) added to its mean, and as wide as `doubt`,
 /// one standard deviation or one per joint i, says; with none as wide as it is.
 GaussianProcess with_mean(GaussianProcess prior, const std::optional<Model>& model,
-                          double (*value)(const Affine&, int, int), int i, int j, const std::vector<double>* doubt) {
-  if (doubt != nullptr && !doubt->empty()) {
-    scale_output(prior.kernel, for_joint(*doubt, i) / std::sqrt(variance(prior.kernel)));
+                          double (*value)(const Affine&, int, int), int i, int j, const std::vector<double>& doubt) {
+  if (!doubt.empty()) {
+    scale_output(prior.kernel, for_joint(doubt, i) / std::sqrt(variance(prior.kernel)));
   }
   if (model) {
     prior.mean_function = [believed = *model, value, i, j](std::span<const double> x) {
@@ -67,24 +67,20 @@ Belief::Belief(const BeliefPrior& prior, int joints) {
   if (const std::string problem = prior.problem(joints); !problem.empty()) throw std::invalid_argument(problem);
   const int dimension = 2 * joints;
   const std::optional<Model>& model = prior.prior_model;
-  const ModelUncertainty* doubt = model && model->uncertainty && prior.scale_to_model ? &*model->uncertainty : nullptr;
-  const auto of = [doubt](std::vector<double> ModelUncertainty::*what) { return doubt ? &(doubt->*what) : nullptr; };
+  const ModelUncertainty doubt =
+      prior.scale_to_model && model ? model->uncertainty.value_or(ModelUncertainty{}) : ModelUncertainty{};
   for (int i = 0; i < joints; ++i) {
-    drift_.emplace_back(with_mean(for_joint(prior.drift, i), model, drift_of, i, i, of(&ModelUncertainty::drift)),
-                        dimension);
+    drift_.emplace_back(with_mean(for_joint(prior.drift, i), model, drift_of, i, i, doubt.drift), dimension);
     for (int j = 0; j < joints; ++j) {
-      gain_.emplace_back(
-          i == j ? with_mean(for_joint(prior.input_gain, i).log, model, log_gain_of, i, j,
-                             of(&ModelUncertainty::input_gain))
-                 : with_mean(for_joint(prior.coupling, i), model, gain_of, i, j, of(&ModelUncertainty::coupling)),
-          dimension);
+      gain_.emplace_back(i == j
+                             ? with_mean(for_joint(prior.input_gain, i).log, model, log_gain_of, i, j, doubt.input_gain)
+                             : with_mean(for_joint(prior.coupling, i), model, gain_of, i, j, doubt.coupling),
+                         dimension);
     }
   }
 }
 
 namespace {
-
-std::span<const double> span_of(const auto& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
 
 using WeightedInput = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * kMaxJoints + kMostTerms, 1>;
 static_assert(kMaxJoints + 1 <= kMostTerms && 2 * kMaxJoints + kMostTerms <= kMostInputs);

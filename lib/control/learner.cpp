@@ -70,8 +70,6 @@ Derivative estimate_from_positions(const std::array<StateVector, 3>& x, double d
 
 namespace {
 
-std::span<const double> span_of(const StateVector& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
-
 /// Extends a process by one sample, with a noise of its own where it has one, and notes in slot i how surprising it
 /// was, (y - E y) / sd y; a sample that cannot be taken is skipped.
 void learn(Posterior& process, int i, const StateVector& x, double y, std::optional<double> noise, Absorbed& result) {

@@ -242,9 +242,6 @@ int Learning::window_samples() const {
 /// call to another.
 bool Learning::alike(long first, long last, int samples) const {
   const StateVector from = window(first, samples).sample.x, to = window(last - samples + 1, samples).sample.x;
-  const auto span_of = [](const StateVector& x) {
-    return std::span<const double>(x.data(), static_cast<std::size_t>(x.size()));
-  };
   double least = 1.0;
   for (int i = 0; i < belief_.joints(); ++i) {
     least = std::min(least, correlation(belief_.drift_prior(i).kernel, span_of(from), span_of(to)));

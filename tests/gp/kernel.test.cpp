@@ -66,9 +66,6 @@ TEST_CASE("Every kernel is symmetric and has its variance at distance zero", "[g
       CHECK(k.cwiseAbs().maxCoeff() <= scale * (1.0 + kKernelRoundOff));
       CHECK((k.array() > 0.0).all());
       const Eigen::VectorXd x = points.row(3), y = points.row(7);
-      const auto span_of = [](const Eigen::VectorXd& v) {
-        return std::span<const double>(v.data(), static_cast<std::size_t>(v.size()));
-      };
       CHECK(correlation(kernel, span_of(x), span_of(y)) == Approx(k(3, 7) / scale).epsilon(kKernelRoundOff));
     }
   }

@@ -5,16 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "base/vector.hpp"
 #include "gp/process.hpp"
 #include "support/dense.hpp"
 
 namespace bayesctrl::testing {
-
-/// A view of a vector of any type; no copy that it could outlive.
-template <class Derived>
-std::span<const double> span_of(const Eigen::PlainObjectBase<Derived>& x) {
-  return {x.data(), static_cast<std::size_t>(x.size())};
-}
 
 /// k(x, y) of two single points.
 inline double covariance(const Kernel& kernel, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {

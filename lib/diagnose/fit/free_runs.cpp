@@ -43,6 +43,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     result.velocity.push_back(result.simulated.back());
   }
   double squares = 0.0;
+  Eigen::VectorXd joint_squares = Eigen::VectorXd::Zero(n);
   HiddenStates hidden;  // as the window before has found them,
   Remainder::Memory memory;
   std::size_t of = data.size(), reached = 0;  // at this sample of this recording
@@ -72,6 +73,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
     };
     SegmentState start = initial_guess(window, paths[r], list[r]);
     result.samples += static_cast<double>(size * n);
+    Eigen::MatrixXd error;
     try {
       start =
           fit_initial_state([&](const SegmentState& x) -> Eigen::MatrixXd { return measured - run(x, nullptr); }, start,
@@ -81,16 +83,18 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
       if (window.opens && list[r].has_plays()) drives[r] = drives_of(list[r], data[r], plays_of(start, n));
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);
-      result.window_rms.push_back(std::sqrt((measured - simulated).squaredNorm() / static_cast<double>(size * n)));
+      error = measured - simulated;
       result.simulated[r].middleRows(first, size) = simulated;
       result.velocity[r].middleRows(first, size) = states.rightCols(n);
     } catch (const NumericalError&) {
-      const Eigen::MatrixXd moved = measured.rowwise() - measured.colwise().mean();
-      result.window_rms.push_back(std::sqrt(moved.squaredNorm() / static_cast<double>(size * n)));
+      error = measured.rowwise() - measured.colwise().mean();
     }
+    result.window_rms.push_back(std::sqrt(error.squaredNorm() / static_cast<double>(size * n)));
+    joint_squares += error.colwise().squaredNorm().transpose();
     squares += result.window_rms.back() * result.window_rms.back() * static_cast<double>(size * n);
   }
   result.rms = std::sqrt(squares / std::max(1.0, result.samples));
+  result.joint_rms = (joint_squares * n / std::max(1.0, result.samples)).cwiseSqrt();
   return result;
 }
 

@@ -23,6 +23,7 @@ Remainder::Memory remember(const Remainder& remainder, const Measured& data, con
 struct FreeRuns {
   double rms = 0.0;                        // measured less simulated position, all samples and joints
   double samples = 0.0;                    // that it is the mean of
+  Eigen::VectorXd joint_rms;               // the same of each joint
   std::vector<double> window_rms;          // the same of each window
   std::vector<Eigen::MatrixXd> simulated;  // measured positions as simulated, per recording; NaN outside of windows
   std::vector<Eigen::MatrixXd> velocity;   // of the same runs

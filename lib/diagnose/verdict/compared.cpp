@@ -1,6 +1,5 @@
 #include "diagnose/verdict/compared.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "diagnose/fit/autoregression.hpp"
@@ -24,26 +23,6 @@ Models models_of(const Search& search, const Judgement& judgement) {
   return models;
 }
 
-namespace {
-
-/// RMS of measured less simulated positions of each joint, where there is a simulation.
-Eigen::VectorXd joint_errors(const FreeRuns& runs, const std::vector<Measured>& data) {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(data.front().position.cols()), count = squares;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    for (Eigen::Index j = 0; j < squares.size(); ++j) {
-      for (Eigen::Index k = 0; k < data[r].position.rows(); ++k) {
-        const double error = data[r].position(k, j) - runs.simulated[r](k, j);
-        if (!std::isfinite(error)) continue;
-        squares[j] += error * error;
-        count[j] += 1.0;
-      }
-    }
-  }
-  return squares.cwiseQuotient(count.cwiseMax(1.0)).cwiseSqrt();
-}
-
-}  // namespace
-
 Eigen::VectorXd Compared::left(const Eigen::VectorXd& noise) const {
   Eigen::VectorXd share = Eigen::VectorXd::Ones(before.size());
   for (Eigen::Index j = 0; j < share.size(); ++j) {
@@ -62,10 +41,7 @@ Compared compare(const Models& models, const Search& search, const std::vector<M
     return free_runs(model, recordings, paths, search.spec.horizon, held_out, explanation.max_step);
   };
   const FreeRuns before = run(models.before), after = run(models.after);
-  Compared result{{},
-                  joint_errors(before, recordings),
-                  joint_errors(after, recordings),
-                  before.samples / static_cast<double>(search.spec.joints())};
+  Compared result{{}, before.joint_rms, after.joint_rms, before.samples / search.spec.joints()};
   FitErrors& errors = result.errors;
   errors.before = before.rms;
   errors.refit = search.options.free.empty() ? before.rms : run(models.refit).rms;
