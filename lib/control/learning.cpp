@@ -9,19 +9,15 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr long kRest = 5;              // times the length of a probe, until the next
-constexpr int kLeastTuned = 3;         // samples of a process that are tuned after an alarm
-constexpr int kTimedProbes = 8;        // for each joint, that tell of the timing
-constexpr int kAskedProbes = 16;       // for each joint, after which none is probed for its timing alone
-constexpr long kBeforeProbe = 6;       // calls before a probe that show its jump
-constexpr double kNoiseMemory = 40.0;  // degrees of freedom of earlier windows that a new one is weighed against
-constexpr long kMostReserved = 4000;   // samples that there is room for from the start
-constexpr double kVagueGain = 10.0;    // thresholds: until that much is known of b it is probed,
-constexpr double kLostGain = 25.0;     // and again where the machine has come to where so little is known
-constexpr double kAlike = 0.999;       // correlation of the drift at both ends of a window that may be a long one
-
-/// Of a window of so many seconds.
-int samples_of(double seconds, double dt) { return static_cast<int>(std::min(500.0, std::round(seconds / dt))) + 1; }
+constexpr long kRest = 5;             // times the length of a probe, until the next
+constexpr int kLeastTuned = 3;        // samples of a process that are tuned after an alarm
+constexpr int kTimedProbes = 8;       // for each joint, that tell of the timing
+constexpr int kAskedProbes = 16;      // for each joint, after which none is probed for its timing alone
+constexpr long kBeforeProbe = 6;      // calls before a probe that show its jump
+constexpr long kMostReserved = 4000;  // samples that there is room for from the start
+constexpr double kVagueGain = 10.0;   // thresholds: until that much is known of b it is probed,
+constexpr double kLostGain = 25.0;    // and again where the machine has come to where so little is known
+constexpr double kAlike = 0.999;      // correlation of the drift at both ends of a window that may be a long one
 
 }  // namespace
 
@@ -36,15 +32,11 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
   const double dt = setup_.control_period;
   long capacity = 4, more = setup_.calls / std::max(3L, period_calls_) + 2;
   if (const auto& window = setup_.learner.window) {
-    const int shortest = setup_.positions_only ? 5 : 4;
-    const double seconds =
-        setup_.learner.monitor ? std::max(window->longest, window->longest_in_passing) : window->longest;
-    const int longest = std::max(shortest, samples_of(seconds, dt));
-    for (int samples = shortest; samples <= longest; ++samples) fits_.emplace_back(samples, dt, setup_.positions_only);
+    windows_.emplace(*window, setup_.learner.monitor.has_value(), n, dt, setup_.positions_only);
     timing_ = setup_.timings ? TimingEstimate(*setup_.timings)
                              : TimingEstimate(n, window->longest_delay, dt, setup_.positions_only);
     const long late = std::lround(std::ceil(std::max(window->longest_delay, latest(timing_.best()).together()) / dt));
-    capacity = 2L * longest + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
+    capacity = 2L * windows_->longest() + 12 * late + kBeforeProbe + 2L * setup_.learner.hold_periods + 8;
   }
   if (const auto& monitor = setup_.learner.monitor) {
     monitor_calls_ = std::max(1L, std::lround(monitor->period / dt));
@@ -55,7 +47,6 @@ Learning::Learning(LearningSetup setup, Belief belief, RandomStream random)
     record_.monitored = true;
   }
   history_ = History(n, static_cast<int>(capacity));
-  noise_ = JointVector::Zero(n);
   tuned_size_.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1), 0);
   capacity_ = static_cast<int>(std::min(more, kMostReserved));
   belief_.reserve(capacity_);
@@ -65,7 +56,7 @@ BeliefMarginals Learning::see(long k, const StateVector& seen, const JointVector
   history_.add(seen);
   finish_probe(k);
   pass(k);
-  believed_ = belief_.predict(seen);
+  believed_ = belief_.predict(state(k));
   passes_ = test_ && timing_.known() && !vague(believed_);
   start_probe(error, k);
   return believed_;
@@ -81,30 +72,38 @@ void Learning::finish() {
     count(tune(belief_, setup_.tuning, random_));
     if (test_) replay();
   }
-  if (!fits_.empty() && timing_.known()) record_.timings = timing_.best();
+  if (windows_ && timing_.known()) record_.timings = timing_.best();
+}
+
+/// The state at call k: as it is seen or, where the sensor is too noisy for the longest probe, at the end of a window.
+StateVector Learning::state(long k) const {
+  const bool filtered = test_ && windows_->noisy() && believed_.gain_mean.size() > 0 && k >= windows_->longest_probe();
+  if (!filtered) return history_.seen(k);
+  const int samples = windows_->longest_probe();
+  return windows_->end_of(window(k - samples + 1, samples), samples);
 }
 
 void Learning::finish_probe(long k) {
   if (!probe_) return;
   const long age = k - probe_->start;
-  if (fits_.empty()) {
+  if (!windows_) {
     if (age == 2) learn({probe_, three_samples(probe_->start)}, k);
     if (age >= setup_.learner.hold_periods) end_probe(k);
     return;
   }
-  const auto seen = static_cast<int>(age - probe_lead_ - probe_wait_ + 1), most = longest_probe();
-  if (seen < fits_.front().samples() || age < setup_.learner.hold_periods) return;
+  const auto seen = static_cast<int>(age - probe_lead_ - probe_wait_ + 1), most = windows_->longest_probe();
+  if (seen < windows_->shortest() || age < setup_.learner.hold_periods) return;
   const bool longest = seen >= most;
   const int samples = std::min(seen, most);
-  if (!timing_.known() && !longest && samples < fits_.front().samples() + kBeforeProbe) return;
+  if (!timing_.known() && !longest && samples < windows_->shortest() + kBeforeProbe) return;
   if (!timing_.known() && (!probe_told_ || longest)) time_probe(k);
-  Measured measured = window(k - samples + 1, samples);
-  if (probe_->column != Probe::kDrift) add_jump(measured.sample, k);
-  if (!best_ || inaccuracy(measured.sample) < inaccuracy(best_->sample)) best_ = measured;
-  if (inaccuracy(best_->sample) > 1.0 && !longest) return;
+  WindowSample measured = window(k - samples + 1, samples);
+  if (probe_->column != Probe::kDrift) add_jump(measured.derivative, k);
+  if (!best_ || inaccuracy(measured.derivative) < inaccuracy(best_->derivative)) best_ = measured;
+  if (inaccuracy(best_->derivative) > 1.0 && !longest) return;
   if (!longest || timing_.known()) time_probe(k);
-  keep_noise(*best_);
-  learn({probe_, best_->sample}, k);
+  windows_->keep(*best_);
+  learn({probe_, best_->derivative}, k);
   end_probe(k);
 }
 
@@ -169,7 +168,7 @@ long Learning::before(const Probe& probe) const {
   for (const Timing& timing : timing_.best()) delay = std::max(delay, timing.delay);
   const long late = timing_.known() ? std::lround(delay / setup_.control_period) : waiting();
   if (probe_lead_ > 0) return probe.start + probe_wait_;
-  const long as_long = std::max<long>(kBeforeProbe, window_samples());
+  const long as_long = std::max<long>(kBeforeProbe, windows_->samples());
   return std::max(probe.start - as_long, late);
 }
 
@@ -186,9 +185,9 @@ void Learning::pass(long k) {
   if (samples == 0) return;
   const long first = k - samples + 1;
   next_passing_ = k + monitor_calls_;
-  const Measured measured = window(first, samples);
-  keep_noise(measured);
-  learn({{}, measured.sample}, k);
+  const WindowSample measured = window(first, samples);
+  windows_->keep(measured);
+  learn({{}, measured.derivative}, k);
 }
 
 void Learning::start_probe(const JointVector& error, long k) {
@@ -201,7 +200,7 @@ void Learning::start_probe(const JointVector& error, long k) {
     if (probe_) last_probed_ = probe_->column;
     probe_wait_ = waiting();
     // The inputs of several joints must not jump together: before one is probed all are 0 for a while.
-    const bool several = !fits_.empty() && belief_.joints() > 1 && probe_ && probe_->column != Probe::kDrift;
+    const bool several = windows_ && belief_.joints() > 1 && probe_ && probe_->column != Probe::kDrift;
     probe_lead_ = several ? probe_wait_ + kBeforeProbe : 0;
   }
   next_instant_ = k + period_calls_;
@@ -209,7 +208,7 @@ void Learning::start_probe(const JointVector& error, long k) {
 
 /// Calls after its beginning at which a probe's input has settled, as far as is known.
 long Learning::waiting() const {
-  if (fits_.empty()) return 0;
+  if (!windows_) return 0;
   const double longest = setup_.learner.window->longest_delay, dt = setup_.control_period;
   double wait = longest;
   if (timing_.known()) {
@@ -219,29 +218,10 @@ long Learning::waiting() const {
   return static_cast<long>(std::ceil(wait / dt - 1e-9));
 }
 
-/// Samples of the shortest window in which the sensor's noise leaves an acceleration no more than this variance, up to
-/// `most`.
-int Learning::samples_for(double variance, int most) const {
-  const double noise = sensor_noise(JointVector::Zero(belief_.joints()), 0.0).maxCoeff();
-  for (const WindowFit& fit : fits_) {
-    if (fit.samples() >= most || noise * fit.acceleration_variance() <= variance) return fit.samples();
-  }
-  return fits_.back().samples();
-}
-
-int Learning::longest_probe() const {
-  return std::max(fits_.front().samples(), samples_of(setup_.learner.window->longest, setup_.control_period));
-}
-
-/// Samples of a window: as many as the sensor's noise makes necessary.
-int Learning::window_samples() const {
-  return samples_for(std::pow(setup_.learner.window->accuracy, 2), longest_probe());
-}
-
 /// Whether the drift is believed to be nearly the same at the first and in the last window of so many samples, from one
 /// call to another.
 bool Learning::alike(long first, long last, int samples) const {
-  const StateVector from = window(first, samples).sample.x, to = window(last - samples + 1, samples).sample.x;
+  const StateVector from = window(first, samples).derivative.x, to = window(last - samples + 1, samples).derivative.x;
   double least = 1.0;
   for (int i = 0; i < belief_.joints(); ++i) {
     least = std::min(least, correlation(belief_.drift_prior(i).kernel, span_of(from), span_of(to)));
@@ -253,36 +233,22 @@ bool Learning::alike(long first, long last, int samples) const {
 /// where the sensor is too noisy for the longest probe as many as drift_threshold asks for, while the machine hardly
 /// moves.
 int Learning::passing_samples(long k) const {
-  const int shortest = window_samples();
-  const int wanted = shortest < longest_probe()
-                         ? shortest
-                         : std::max(shortest, samples_for(setup_.learner.drift_threshold, fits_.back().samples()));
+  const int shortest = windows_->samples();
+  const int wanted =
+      shortest < windows_->longest_probe()
+          ? shortest
+          : std::max(shortest, windows_->samples_for(setup_.learner.drift_threshold, windows_->longest()));
   const auto unused = static_cast<int>(std::min<long>(k - used_ + 1, wanted));
   if (unused < shortest) return 0;
   if (shortest == wanted || !alike(k - unused + 1, k, shortest)) return shortest;
   return unused == wanted ? wanted : 0;
 }
 
-/// Variance of the sensor's noise at each joint, from all windows and a further one's squared residuals.
-JointVector Learning::sensor_noise(const JointVector& rest, double freedom) const {
-  if (noise_freedom_ == 0.0) return freedom > 0.0 ? JointVector(rest / freedom) : rest;
-  const double weight = std::min(noise_freedom_, kNoiseMemory);
-  return (rest + weight * noise_) / (freedom + weight);
-}
-
-/// Keeps a window's residuals for those that follow.
-void Learning::keep_noise(const Measured& measured) {
-  noise_ = sensor_noise(measured.rest, measured.freedom);
-  noise_freedom_ += measured.freedom;
-}
-
 /// Variance that a sample of each joint's drift would have.
 JointVector Learning::sample_noise() const {
   JointVector noise(belief_.joints());
-  for (int i = 0; i < noise.size(); ++i) {
-    noise[i] = belief_.drift_prior(i).noise_variance;
-    if (!fits_.empty()) noise[i] += noise_[i] * fit_of(window_samples()).acceleration_variance();
-  }
+  for (int i = 0; i < noise.size(); ++i) noise[i] = belief_.drift_prior(i).noise_variance;
+  if (windows_) noise += windows_->acceleration_variance();
   return noise;
 }
 
@@ -307,52 +273,13 @@ void Learning::add_jump(Derivative& sample, long k) const {
   sample.gain = fit.gain;
   sample.gain_variance = JointVector::Constant(fit.gain.size(), kInfinity);
   if (fit.degrees_of_freedom == 0) return;
-  sample.gain_variance = sensor_noise(fit.rest, fit.degrees_of_freedom).cwiseProduct(fit.factor) + fit.bias.cwiseAbs2();
+  sample.gain_variance =
+      windows_->noise(fit.rest, fit.degrees_of_freedom).cwiseProduct(fit.factor) + fit.bias.cwiseAbs2();
 }
 
-/// The state and the acceleration in the middle of a window, the input's own changes within it taken away by what is
-/// believed of b.
-Learning::Measured Learning::window(long first, int samples) const {
-  const int n = belief_.joints();
-  const double dt = setup_.control_period;
-  const WindowFit& fit = fit_of(samples);
-  std::vector<InputMotion> acting;
-  Derivative sample{StateVector(2 * n), JointVector(n), JointVector(n)};
-  JointVector rest(n);
-  for (int j = 0; j < n; ++j) {
-    InputMotion motion = motion_of_input(history_, j, first, samples, dt, timing_.best()[static_cast<std::size_t>(j)]);
-    sample.input[j] = motion.mean;
-    for (int k = 0; k < samples; ++k) {
-      motion.once[k] -= motion.mean * k * dt;
-      motion.twice[k] -= 0.5 * motion.mean * k * k * dt * dt;
-    }
-    acting.push_back(std::move(motion));
-  }
-  const JointMatrix& gain = believed_.gain_mean;
-  const int low = (samples - 1) / 2, high = samples / 2;  // around the middle
-  for (int i = 0; i < n; ++i) {
-    Eigen::VectorXd q(samples), v(samples);
-    for (int k = 0; k < samples; ++k) {
-      q[k] = history_.seen(first + k)[i];
-      v[k] = history_.seen(first + k)[n + i];
-    }
-    double q_back = 0.0, v_back = 0.0;
-    for (int j = 0; j < n && gain.size() > 0; ++j) {
-      const InputMotion& motion = acting[static_cast<std::size_t>(j)];
-      q -= gain(i, j) * motion.twice;
-      v -= gain(i, j) * motion.once;
-      q_back += 0.5 * gain(i, j) * (motion.twice[low] + motion.twice[high]);
-      v_back += 0.5 * gain(i, j) * (motion.once[low] + motion.once[high]);
-    }
-    const WindowFit::Result result = fit(q, v);
-    sample.x[i] = result.position + q_back;
-    sample.x[n + i] = result.velocity + v_back;
-    sample.acceleration[i] = result.acceleration;
-    rest[i] = result.rest;
-  }
-  const double freedom = fit.degrees_of_freedom();
-  sample.variance = fit.acceleration_variance() * sensor_noise(rest, freedom);
-  return {sample, rest, freedom};
+/// By what is known of the timing and believed of b now.
+WindowSample Learning::window(long first, int samples) const {
+  return (*windows_)(history_, first, samples, timing_.best(), believed_.gain_mean);
 }
 
 Absorbed Learning::absorb(const Sample& sample) {

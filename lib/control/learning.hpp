@@ -6,7 +6,7 @@
 #include "base/random.hpp"
 #include "control/learner.hpp"
 #include "control/tuning.hpp"
-#include "control/window.hpp"
+#include "control/window_sampler.hpp"
 
 namespace bayesctrl {
 
@@ -57,13 +57,7 @@ class Learning {
   const LearningRecord& record() const { return record_; }
 
  private:
-  /// A sample over a window, with the sum of squared residuals of each joint.
-  struct Measured {
-    Derivative sample;
-    JointVector rest;
-    double freedom = 0.0;
-  };
-
+  StateVector state(long k) const;
   void finish_probe(long k);
   void end_probe(long k);
   bool asks_timing() const;
@@ -73,20 +67,14 @@ class Learning {
   void pass(long k);
   void start_probe(const JointVector& error, long k);
   Derivative three_samples(long first) const;
-  Measured window(long first, int samples) const;
+  WindowSample window(long first, int samples) const;
   void add_jump(Derivative& sample, long k) const;
-  JointVector sensor_noise(const JointVector& rest, double freedom) const;
-  void keep_noise(const Measured& measured);
-  int window_samples() const;
   int passing_samples(long k) const;
   bool alike(long first, long last, int samples) const;
-  int samples_for(double variance, int most) const;
-  int longest_probe() const;
   long waiting() const;
   long before(const Probe& probe) const;
   JointVector sample_noise() const;
   JointVector tolerated(const JointVector& error) const;
-  const WindowFit& fit_of(int samples) const { return fits_[static_cast<std::size_t>(samples - fits_[0].samples())]; }
   bool complete() const;
 
   /// A sample of a probe, or one that was taken in passing.
@@ -111,19 +99,17 @@ class Learning {
   std::optional<Probe> probe_;
   int last_probed_ = Probe::kDrift - 1;  // so that the drift has the first turn
   long next_instant_ = 0, next_passing_ = 0;
-  long used_ = 0;                 // samples before this call have been learned from
-  long probe_wait_ = 0;           // calls of the running probe that its input needs to settle,
-  long probe_lead_ = 0;           // after so many at which all inputs are 0
-  std::optional<Measured> best_;  // sample of the running probe so far
-  std::vector<WindowFit> fits_;   // by samples, from the shortest
+  long used_ = 0;                         // samples before this call have been learned from
+  long probe_wait_ = 0;                   // calls of the running probe that its input needs to settle,
+  long probe_lead_ = 0;                   // after so many at which all inputs are 0
+  std::optional<WindowSample> best_;      // sample of the running probe so far
+  std::optional<WindowSampler> windows_;  // none: three samples
   TimingEstimate timing_;
   TimingEstimate untimed_;          // without the running probe
   bool passes_ = false;             // q'' is learned in passing: nothing is probed
   std::optional<bool> probe_told_;  // the running probe was asked, and told
   int timed_probes_ = 0;            // that told of the timing,
   int asked_probes_ = 0;            // of so many that were asked
-  JointVector noise_;               // variance of the sensor's, of each joint, from all windows
-  double noise_freedom_ = 0.0;      // and its degrees of freedom
   BeliefMarginals believed_;        // at the last call
   std::vector<Sample> samples_;     // of this run, where there is a monitor and no process is over budget
   Belief begun_;                    // what it began with, likewise
