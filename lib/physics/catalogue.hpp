@@ -9,8 +9,10 @@
 #include "physics/effects/cogging_torque.hpp"
 #include "physics/effects/constant_bias.hpp"
 #include "physics/effects/coulomb_friction.hpp"
+#include "physics/effects/counterbalance.hpp"
 #include "physics/effects/coupling_torque.hpp"
 #include "physics/effects/cubic_spring.hpp"
+#include "physics/effects/elastic_load.hpp"
 #include "physics/effects/gravity_tilt.hpp"
 #include "physics/effects/hard_stop.hpp"
 #include "physics/effects/input_dead_zone.hpp"
@@ -20,6 +22,7 @@
 #include "physics/effects/joint_elasticity.hpp"
 #include "physics/effects/linear_spring.hpp"
 #include "physics/effects/load_dependent_friction.hpp"
+#include "physics/effects/load_stribeck_friction.hpp"
 #include "physics/effects/periodic_disturbance.hpp"
 #include "physics/effects/position_dependent_friction.hpp"
 #include "physics/effects/presliding_hysteresis.hpp"
@@ -29,6 +32,7 @@
 #include "physics/effects/stribeck_friction.hpp"
 #include "physics/effects/torque_step.hpp"
 #include "physics/effects/viscous_friction.hpp"
+#include "physics/effects/warming_friction.hpp"
 
 namespace bayesctrl {
 
@@ -38,7 +42,8 @@ using Catalogue = std::tuple<ViscousFriction, CoulombFriction, StribeckFriction,
                              PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring,
                              CouplingTorque, ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance,
                              TorqueStep, AddedInertia, InputDelay, InputGain, InputDeadZone, Backlash, InputSaturation,
-                             ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale, JointElasticity>;
+                             ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale, JointElasticity, ElasticLoad,
+                             Counterbalance, WarmingFriction, LoadStribeckFriction>;
 
 /// Calls f(E{}) for the type E of each effect.
 void for_each_effect(auto&& f) {

@@ -16,7 +16,9 @@ and breaks away at instants found by bisection.
              short     one recording of 10 s at 50 Hz beside the one held out
              shaken    a stiff controller, and a torque that no law tells: 3 % of the others, for about 0.1 s
              quantised an encoder of 4096 counts a turn or 0.1 mm instead of noise
-    --having KIND     one of the effects, in every case: also joint_elasticity, which is not drawn else
+    --having KIND     one of the effects, in every case: also those that have to be asked for, which are not drawn else;
+                      the spec then asks for them
+    --asking KIND     the spec asks for it too, though nothing of the kind is concealed
 """
 
 import argparse
@@ -27,11 +29,14 @@ from pathlib import Path
 
 STEP = 2.5e-4  # s
 INPUT_EFFECTS = {"actuator_lag", "input_saturation", "input_dead_zone", "backlash", "input_gain"}
-DRY = {"coulomb_friction", "stribeck_friction", "load_dependent_friction"}
+DRY = {"coulomb_friction", "stribeck_friction", "load_dependent_friction", "load_stribeck_friction"}
+ON_DEMAND = ["joint_elasticity", "elastic_load", "counterbalance", "warming_friction", "load_stribeck_friction"]
 ALIKE = [  # laws of which no more than one is drawn: a recording hardly tells them apart
     DRY, {"viscous_friction", "quadratic_drag", "asymmetric_friction"}, {"linear_spring", "cubic_spring"},
     {"input_saturation", "input_dead_zone", "backlash"}, {"input_gain", "added_inertia"},
     {"joint_elasticity", "actuator_lag"}, {"joint_elasticity", "added_inertia"},
+    {"joint_elasticity", "elastic_load"}, {"elastic_load", "added_inertia"},
+    {"counterbalance", "linear_spring"}, {"counterbalance", "cubic_spring"}, {"counterbalance", "cogging_torque"},
 ]
 KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "viscous_friction", "quadratic_drag",
          "asymmetric_friction", "linear_spring", "cubic_spring", "constant_bias", "cogging_torque", "actuator_lag",
@@ -41,8 +46,8 @@ KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "vi
 class Machine:
     """inertia q'' = u - friction v - gravity sin q, and the effects {name: parameters}."""
 
-    def __init__(self, rng, effects, family):
-        self.pendulum = rng.random() < 0.6 or family == "free"
+    def __init__(self, rng, effects, family, turns):
+        self.pendulum = rng.random() < 0.6 or family == "free" or turns
         if self.pendulum:
             self.mass, self.length, self.friction = rng.uniform(0.5, 2), rng.uniform(0.4, 1.2), rng.uniform(0.05, 0.3)
             self.inertia, self.gravity = self.mass * self.length ** 2, 9.81 * self.mass * self.length
@@ -51,6 +56,7 @@ class Machine:
             self.inertia, self.gravity = self.mass, 0.0
         self.effects = effects
         self.shaking = []  # torque from sample to sample
+        self.time = 0.0
 
     def nominal(self):
         if self.pendulum:
@@ -90,6 +96,14 @@ class Machine:
                 f += p["torque"]
             elif name == "cogging_torque":
                 f += p["amplitude"] * math.sin(p["order"] * q + p["phase"])
+            elif name == "warming_friction":
+                f -= p["coefficient"] * math.exp(-self.time / p["time_constant"]) * v
+            elif name == "counterbalance":  # a spring between the end of a lever and a point of the frame
+                at = (math.cos(q), math.sin(q))
+                along = [p["anchor"] * c - a for c, a in zip((math.cos(p["centre"]), math.sin(p["centre"])), at)]
+                length = math.hypot(*along)
+                pull = p["stiffness"] / p["anchor"] * (length - p["rest"]) / length
+                f += pull * (at[0] * along[1] - at[1] * along[0])
         return f
 
     def dry(self, q, v, u):
@@ -100,10 +114,13 @@ class Machine:
         if "stribeck_friction" in e:
             p = e["stribeck_friction"]
             return p["coulomb"] + (p["static"] - p["coulomb"]) * math.exp(-(v / p["velocity"]) ** 2), p["static"]
-        if "load_dependent_friction" in e:
+        if "load_dependent_friction" in e or "load_stribeck_friction" in e:
             springs = e.get("linear_spring", {}).get("stiffness", 0.0) * q + e.get("cubic_spring", {}).get("stiffness", 0.0) * q ** 3
-            level = e["load_dependent_friction"]["k"] * abs(u + self.gravity * math.sin(q) + springs)
-            return level, level
+            load = abs(u + self.gravity * math.sin(q) + springs)
+            if "load_dependent_friction" in e:
+                return (e["load_dependent_friction"]["k"] * load,) * 2
+            p = e["load_stribeck_friction"]
+            return (p["k"] + (p["static"] - p["k"]) * math.exp(-(v / p["velocity"]) ** 2)) * load, p["static"] * load
         return 0.0, 0.0
 
     def run(self, start, command, seconds, rate):
@@ -120,8 +137,9 @@ class Machine:
         samples = []
         spring = self.effects.get("joint_elasticity")
         # What pushes: the torque of the motor behind its lag and, where it pushes through a spring, by how much the
-        # motor is ahead of the joint and its speed.
-        push = (motor, motor / spring["stiffness"], v) if spring else (motor, 0.0, 0.0)
+        # motor is ahead of the joint and its speed; the same of a load that the joint takes along.
+        load = self.effects.get("elastic_load")
+        push = (motor, motor / spring["stiffness"] if spring else 0.0, v, 0.0, v)
 
         def through(v, push):
             """The torque on the joint."""
@@ -129,17 +147,22 @@ class Machine:
                 return push[0]
             return spring["stiffness"] * push[1] + spring["damping"] * (push[2] - v)
 
+        def carried(v, push):
+            """The torque of the load on the joint."""
+            return load["stiffness"] * push[3] + load["damping"] * (push[4] - v) if load else 0.0
+
         def pushing(v, push, target):
             """Its change, in a joint of that speed."""
             lagging = (target - push[0]) / lag if lag else 0.0
-            return (lagging, push[2] - v, (push[0] - through(v, push)) / spring["inertia"]) if spring else (lagging, 0.0, 0.0)
+            motor = (push[2] - v, (push[0] - through(v, push)) / spring["inertia"]) if spring else (0.0, 0.0)
+            return lagging, *motor, *((push[4] - v, -carried(v, push) / load["inertia"]) if load else (0.0, 0.0))
 
         def slope(x, target, sign):
             q, v, push = x[0], x[1], x[2:]
             u = through(v, push)
             # the load on the bearings is the motor's torque, whatever the spring passes on
             friction = sign * self.dry(q, v, push[0])[0]
-            return v, (self.torque(q, v, u) - friction) / inertia, *pushing(v, push, target)
+            return v, (self.torque(q, v, u) + carried(v, push) - friction) / inertia, *pushing(v, push, target)
 
         def step(x, target, sign, h):
             a = slope(x, target, sign)
@@ -156,17 +179,19 @@ class Machine:
             target, play = self.input(u, play)
             if not lag:
                 push = (target, *push[1:])
-            for _ in range(substeps):
+            for substep in range(substeps):
+                self.time = k / rate + (substep + 0.5) * h
                 rest = h
                 for _ in range(8):
                     if sticks and sign == 0:
-                        f, holds = self.torque(q, 0.0, through(0.0, push)), self.dry(q, 0.0, push[0])[1]
+                        f = self.torque(q, 0.0, through(0.0, push)) + carried(0.0, push)
+                        holds = self.dry(q, 0.0, push[0])[1]
                         if abs(f) <= holds:
-                            if spring:
+                            if spring or load:
                                 middle = tuple(p + rest / 2 * d for p, d in zip(push, pushing(0.0, push, target)))
                                 push = tuple(p + rest * d for p, d in zip(push, pushing(0.0, middle, target)))
                             elif lag:
-                                push = (target + (push[0] - target) * math.exp(-rest / lag), 0.0, 0.0)
+                                push = (target + (push[0] - target) * math.exp(-rest / lag), *push[1:])
                             break
                         sign = 1 if f > 0 else -1
                     then = step((q, v, *push), target, sign, rest)
@@ -206,6 +231,10 @@ def draw_effects(rng, count, torque, speed, span, family, having):
             "stribeck_friction": lambda: {"coulomb": 0.7 * s, "static": 1.3 * s, "velocity": rng.uniform(0.05, 0.2) * speed},
             "load_dependent_friction": lambda: {"k": rng.uniform(0.05, 0.25)},
             "joint_elasticity": lambda: {"inertia": None, "frequency": rng.uniform(12, 50), "ratio": rng.uniform(0.03, 0.4)},
+            "elastic_load": lambda: {"inertia": None, "frequency": rng.uniform(12, 50), "ratio": rng.uniform(0.03, 0.4)},
+            "counterbalance": lambda: {"stiffness": 2 * s, "anchor": rng.uniform(1.3, 3), "rest": rng.uniform(0.1, 0.9), "centre": rng.uniform(-3, 3)},
+            "warming_friction": lambda: {"coefficient": 2 * s / speed, "time_constant": rng.uniform(3, 15)},
+            "load_stribeck_friction": lambda: (lambda k: {"k": k, "static": k * rng.uniform(1.4, 2.2), "velocity": rng.uniform(0.05, 0.2) * speed})(rng.uniform(0.05, 0.2)),
             "viscous_friction": lambda: {"coefficient": s / speed},
             "quadratic_drag": lambda: {"coefficient": s / speed ** 2},
             "asymmetric_friction": lambda: {"forward": 0.5 * s / speed, "backward": 1.5 * s / speed},
@@ -259,16 +288,16 @@ def draw(options):
 
 def draw_one(options, index, attempt):
     rng = random.Random(f"{options.seed} {options.family} {index} {attempt}")
-    machine = Machine(rng, {}, options.family)
+    machine = Machine(rng, {}, options.family, "counterbalance" in options.having)
     torque = 0.6 * machine.gravity if machine.pendulum else machine.inertia * rng.uniform(1, 3)  # RMS
     speed, span = (2.0, 0.8) if machine.pendulum else (0.5, 0.3)
     machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family, options.having)
     if "added_inertia" in machine.effects:
         machine.effects["added_inertia"]["inertia"] = rng.uniform(0.05, 0.3) * machine.inertia
-    if "joint_elasticity" in machine.effects:
-        drawn = machine.effects["joint_elasticity"]
+    for name in {"joint_elasticity", "elastic_load"} & set(machine.effects):
+        drawn = machine.effects[name]
         inertia, frequency = rng.uniform(0.05, 0.5) * machine.inertia, drawn["frequency"]
-        machine.effects["joint_elasticity"] = {"stiffness": inertia * frequency ** 2, "damping": 2 * drawn["ratio"] * frequency * inertia, "inertia": inertia}
+        machine.effects[name] = {"stiffness": inertia * frequency ** 2, "damping": 2 * drawn["ratio"] * frequency * inertia, "inertia": inertia}
     short = options.family == "short"
     rate, seconds = (50, 10) if short else (options.rate, options.seconds)
     noise = 0.0 if options.family == "quantised" else options.noise * span
@@ -304,11 +333,13 @@ def draw_one(options, index, attempt):
                 file.write(f"{t:.6f},{seen:.9f},{u:.7f}\n")
     held = [f"{n}.csv" for n in names if n.startswith("held")]
     train = [f"{n}.csv" for n in names if n.startswith("train")]
+    asked = [k for k in ON_DEMAND if k in options.having + options.asking]
     parameters = ", ".join(f"{k}: {v:.9g}" for k, v in machine.nominal().items())
     (folder / "spec.yaml").write_text(
         f"name: {folder.name}\nmodel:\n  plant: {'pendulum' if machine.pendulum else 'mass'}\n"
         f"  parameters: {{{parameters}}}\nsignals: {{time: t, position: [q], input: [u]}}\n"
-        f"recordings: [{', '.join(train)}]\nheld_out: [{', '.join(held)}]\n")
+        f"recordings: [{', '.join(train)}]\nheld_out: [{', '.join(held)}]\n"
+        + (f"effects: [{', '.join(['usual', *asked])}]\n" if asked else ""))
     (folder / "truth.json").write_text(json.dumps({"effects": machine.effects, "noises": size}, indent=1) + "\n")
     return True
 
@@ -355,7 +386,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["draw", "score"])
     parser.add_argument("out", type=Path)
-    parser.add_argument("--having", action="append", default=[], choices=KINDS + ["joint_elasticity"])
+    parser.add_argument("--having", action="append", default=[], choices=KINDS + ON_DEMAND)
+    parser.add_argument("--asking", action="append", default=[], choices=ON_DEMAND)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sets", type=int, default=6)
     parser.add_argument("--effects", type=int, default=4)

@@ -40,6 +40,17 @@ bool overlap(const RecordingFile& a, const RecordingFile& b) {
 
 }  // namespace
 
+namespace {
+
+/// What `effects` may list: names of the catalogue, and behind them `usual` for those that need not be asked for.
+std::vector<std::string_view> words_for_effects() {
+  std::vector<std::string_view> words = effect_names();
+  words.push_back("usual");
+  return words;
+}
+
+}  // namespace
+
 EffectNames EffectNames::usual() {
   const std::vector<std::size_t> list = usual_effects();
   return {list.begin(), list.end()};
@@ -85,8 +96,11 @@ void read_value(const Node& node, EffectNames& effects) {
   detail::require_list(node, "effects");
   effects.clear();
   for (const Node& item : node.items) {
-    const std::size_t kind = detail::to_word(item, "effects", effect_names());
-    if (std::find(effects.begin(), effects.end(), kind) == effects.end()) effects.push_back(kind);
+    const std::size_t word = detail::to_word(item, "effects", words_for_effects());
+    const EffectNames meant = word < catalogue().size() ? EffectNames{word} : EffectNames::usual();
+    for (const std::size_t kind : meant) {
+      if (std::find(effects.begin(), effects.end(), kind) == effects.end()) effects.push_back(kind);
+    }
   }
 }
 
@@ -97,7 +111,7 @@ ordered_json json_value(const EffectNames& effects) {
 }
 
 ordered_json schema_value(const EffectNames*, detail::Definitions&) {
-  return {{"type", "array"}, {"items", {{"enum", effect_names()}}}, {"description", "a list of effects"}};
+  return {{"type", "array"}, {"items", {{"enum", words_for_effects()}}}, {"description", "a list of effects"}};
 }
 
 void read_value(const Node& node, NominalModel& nominal) {

@@ -139,8 +139,8 @@ struct DiagnosisSpec {
     field("recordings", self.recordings, {.text = "what is to be explained", .required = true});
     field("held_out", self.held_out, {.text = "recordings that are not touched before the last step"});
     field("effects", self.effects,
-          {.text = "what may be named as missing; without it every effect but those that have to be asked for (list "
-                   "effects)"});
+          {.text = "what may be named as missing; `usual` stands for every effect but those that have to be asked for "
+                   "(list effects), and is what is looked for without it"});
     field("horizon_s", self.horizon, {kPositive, "s", "window of the free runs that the fit reports"});
   }
 };

@@ -97,17 +97,6 @@ class Adjustment {
   const ExplainOptions& options_;
 };
 
-/// The nominal with free parameters near their best values.
-Plant adjusted(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
-               const Eigen::VectorXd& noise, const ExplainOptions& options) {
-  if (options.free.empty()) return plant;
-  Adjustment adjustment(data, paths, noise, options);
-  Adjustment::Point point = adjustment.at(plant);
-  least_squares(adjustment, point,
-                {.max_iterations = kSettings.search.adjustments, .least_gain = kSettings.search.least_gain});
-  return point.plant;
-}
-
 double fast_rows(const LinearResponse& response, const std::vector<Segment>& windows, int joints) {
   double samples = 0.0;
   for (const Segment& window : windows) samples += static_cast<double>(window.samples()) * joints;
@@ -200,6 +189,16 @@ void rank(Explanation& result, const Fits& fits) {
 }
 
 }  // namespace
+
+Plant adjusted(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+               const Eigen::VectorXd& noise, const ExplainOptions& options) {
+  if (options.free.empty()) return plant;
+  Adjustment adjustment(data, paths, noise, options);
+  Adjustment::Point point = adjustment.at(plant);
+  least_squares(adjustment, point,
+                {.max_iterations = kSettings.search.adjustments, .least_gain = kSettings.search.least_gain});
+  return point.plant;
+}
 
 Projected free_projected_out(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
                              const std::vector<std::string>& free) {

@@ -86,6 +86,10 @@ std::shared_ptr<Linearisation> linearise(const Plant& plant, const std::vector<M
                                          const Eigen::VectorXd& noise, std::vector<Trajectory> paths,
                                          const ExplainOptions& options);
 
+/// The nominal with free parameters near their best values along smoothed recordings: nothing is simulated.
+Plant adjusted(const Plant& plant, const std::vector<Measured>& data, const std::vector<Trajectory>& paths,
+               const Eigen::VectorXd& noise, const ExplainOptions& options);
+
 /// Stages 1 to 5: noise, motion, screen of sets of up to three effects and of what they grow to, fits of the most
 /// promising, of all their subsets and of what is next to them. Where a set explains most and leaves much less of the
 /// whole recordings than of these, these are too coarse. Throws NumericalError where the nominal cannot be

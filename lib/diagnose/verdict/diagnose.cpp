@@ -261,6 +261,16 @@ bool beyond_doubt(const Search& search, const Judgement& judgement) {
   return !left && judgement.verdict != Verdict::unknown && !implausible(search.best(), search.data);
 }
 
+/// Whether beside mistakes stands an effect that had to be asked for: without any mistake it may be all.
+bool beside_asked(const std::vector<Suspicion>& suspicions) {
+  return std::ranges::any_of(suspicions, [](const Suspicion& suspicion) {
+    return std::ranges::any_of(suspicion.effects, [](const std::string& label) {
+      const auto law = std::ranges::find(catalogue(), label.substr(0, label.find('@')), &EffectLaw::name);
+      return law != catalogue().end() && (*law)->roles.on_demand;
+    });
+  });
+}
+
 /// Physics is not what is stated.
 void doubted(Judgement& judgement, const Search& search) {
   judgement.verdict = Verdict::check_spec;
@@ -292,7 +302,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   Doubts doubts(spec, recordings);
   const bool gross = doubts.gross();
   if (gross) stage(2, "doubting the spec");
-  if (gross && doubts.decide(as_given_error(spec, data, noise), std::nullopt, diagnosis)) {
+  if (gross && doubts.decide(as_given_error(spec, data, noise), std::nullopt, diagnosis) &&
+      !beside_asked(diagnosis.suspicions)) {
     diagnosis.mismatch.detected = true;
     return;
   }

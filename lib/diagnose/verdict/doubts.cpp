@@ -83,6 +83,19 @@ bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosi
   return found.decisive;
 }
 
-bool Doubts::gross() const { return unexplained(scene_) > kSettings.doubt.gross; }
+bool Doubts::gross() const {
+  if (unexplained(scene_) <= kSettings.doubt.gross) return false;
+  if (scene_.free.empty()) return true;
+  const Eigen::VectorXd noise = noise_level(scene_.data);
+  if (!too_little(scene_.data, noise).empty()) return true;
+  ExplainOptions options = search_options(spec_, scene_.data, noise);
+  const std::vector<Measured> data = thinned(scene_.plant, scene_.data, options, noise);
+  try {
+    const std::vector<Trajectory> paths = smooth_all(scene_.plant, data, noise);
+    return unexplained({adjusted(scene_.plant, data, paths, noise, options), scene_.data, {}}) > kSettings.doubt.gross;
+  } catch (const NumericalError&) {
+    return true;
+  }
+}
 
 }  // namespace bayesctrl

@@ -19,7 +19,8 @@ class Doubts {
   /// Whether a mistake explains far better than physics; all that may be are stated.
   bool decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis);
 
-  /// Whether the nominal, with friction, says so little that a mistake has to be looked for first.
+  /// Whether the nominal, with friction and the best values of its free parameters, says so little that a mistake has
+  /// to be looked for first.
   bool gross() const;
 
  private:

@@ -80,8 +80,9 @@ std::string equation(const Effect& effect, int joints) {
     text.replace(open, close - open + 1, format(value, 4));
   }
   for (const auto& [clumsy, plain] : {std::pair{"+ -", "- "}, {"- -", "+ "}, {"+= -", "-= "}, {"-= -", "+= "}}) {
-    const std::size_t at = text.find(clumsy);
-    if (at != std::string::npos) text.replace(at, std::string_view(clumsy).size(), plain);
+    for (std::size_t at = text.find(clumsy); at != std::string::npos; at = text.find(clumsy)) {
+      text.replace(at, std::string_view(clumsy).size(), plain);
+    }
   }
   return joints == 1 ? text : "joint " + std::to_string(effect.joint + 1) + ": " + text;
 }

@@ -69,6 +69,8 @@ double deviation_of(const Linearised& about, Fit fit, std::string_view name) {
 bool is_momentary(std::string_view effect, std::string_view parameter) {
   return (effect == "hard_stop" && parameter == "position") ||
          (effect == "stribeck_friction" && parameter != "coulomb") ||
+         (effect == "load_stribeck_friction" && parameter != "k") ||
+         (effect == "elastic_load" && parameter != "inertia") ||
          (effect == "joint_elasticity" && parameter == "damping");
 }
 

@@ -7,7 +7,7 @@
 #include "io/examples.hpp"
 #include "io/files.hpp"
 #include "io/folder.hpp"
-#include "physics/effect.hpp"
+#include "physics/catalogue.hpp"
 #include "support/fuzz.hpp"
 #include "support/text.hpp"
 
@@ -150,6 +150,19 @@ TEST_CASE("A key that a spec of a diagnosis does not have, or lacks, is shown at
   check_at("10:35", "has no 'start'", error_with("from: 1", "start: 1"));
   check_at("3:10", "did you mean 'pendulum'?", error_with("plant: pendulum", "plant: pendulun"));
   check_at("4:16", "did you mean 'length'?", error_with("length: 0.5", "lenght: 0.5"));
+}
+
+TEST_CASE("Among effects `usual` stands for all that need not be asked for, once", "[diagnose]") {
+  const auto effects = [](const std::string& list) {
+    return read_spec_text(replaced(kSpec, "[coulomb_friction, input_delay]", list)).effects;
+  };
+  EffectNames more = EffectNames::usual();
+  CHECK(effects("[usual]") == more);
+  CHECK(effects("[usual, coulomb_friction]") == more);
+  CHECK(effects("[coulomb_friction, usual]").size() == more.size());
+  CHECK(effects("[coulomb_friction, usual]").front() == EffectForm(CoulombFriction{}).index());
+  more.push_back(EffectForm(JointElasticity{}).index());
+  CHECK(effects("[usual, joint_elasticity, usual]") == more);
 }
 
 TEST_CASE("A value that a spec of a diagnosis cannot have is shown at its place", "[diagnose]") {
