@@ -136,7 +136,8 @@ TEST_CASE("Effects with a hidden state accelerate as that state follows the moti
         typename E::State z{};
         double before = 0.0;
         const Eigen::MatrixXd expected = swings.mean(0, j, [&](const JointState& s) {  // in the order of time
-          z = moved(z, form.rate(z, s), s.time - before);
+          const double h = s.time - before;
+          z = moved(z, form.rate(moved(z, form.rate(z, s), 0.5 * h), s), h);
           before = s.time;
           return form.torque_of(z, s);
         });
