@@ -53,6 +53,13 @@ Diagnosis diagnosed(const std::string& model, const std::function<double(double,
   return diagnose(read_diagnosis_spec(folder.path() / "spec.yaml")).diagnosis;
 }
 
+/// Dry friction alone is named, or nothing is missing.
+void check_friction(const Diagnosis& diagnosis, bool rubs) {
+  CHECK(diagnosis.verdict == (rubs ? Verdict::named : Verdict::nothing_missing));
+  REQUIRE(diagnosis.explanation.effects.size() == (rubs ? 1 : 0));
+  if (rubs) CHECK(diagnosis.explanation.effects[0].name == "coulomb_friction");
+}
+
 void check_parameter(const Diagnosis& diagnosis, const std::string& name, double truth) {
   for (const auto& [found, parameter] : diagnosis.parameters.items) {
     if (found != name) continue;
@@ -72,13 +79,7 @@ TEST_CASE("The gains of a position servo and the dry friction behind it are foun
       [](double q, double v, double u) { return 160.0 * (u - q) - 14.0 * v; }, level);
   CAPTURE(level);
   INFO(to_json(diagnosis).dump(1));
-  if (level > 0.0) {
-    CHECK(diagnosis.verdict == Verdict::named);
-    REQUIRE(diagnosis.explanation.effects.size() == 1);
-    CHECK(diagnosis.explanation.effects[0].name == "coulomb_friction");
-  } else {
-    CHECK(diagnosis.verdict == Verdict::nothing_missing);
-  }
+  check_friction(diagnosis, level > 0.0);
   check_parameter(diagnosis, "k", 160.0);
   check_parameter(diagnosis, "b", 14.0);
 }
@@ -94,13 +95,7 @@ TEST_CASE(
       [](double, double v, double u) { return 0.08 * (u - 0.08 * v) / 2.5 / 2e-3; }, level);
   CAPTURE(level);
   INFO(to_json(diagnosis).dump(1));
-  if (level > 0.0) {
-    CHECK(diagnosis.verdict == Verdict::named);
-    REQUIRE(diagnosis.explanation.effects.size() == 1);
-    CHECK(diagnosis.explanation.effects[0].name == "coulomb_friction");
-  } else {
-    CHECK(diagnosis.verdict == Verdict::nothing_missing);
-  }
+  check_friction(diagnosis, level > 0.0);
   check_parameter(diagnosis, "K", 0.08);
   check_parameter(diagnosis, "R", 2.5);
 }
