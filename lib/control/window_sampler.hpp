@@ -32,8 +32,8 @@ class WindowSampler {
   /// Samples of the shortest window in which the noise leaves an acceleration no more than this variance, up to `most`.
   int samples_for(double variance, int most) const;
 
-  /// Whether noise was seen, and so much that it asks for the longest probe.
-  bool noisy() const { return noise_freedom_ > 0.0 && samples() == longest_probe_; }
+  /// Whether so much noise was seen that even the longest probe is too short.
+  bool noisy() const { return noise_.maxCoeff() * fit_of(longest_probe_).acceleration_variance() > accuracy_; }
 
   /// The state and the acceleration in the middle of a window, the input's own changes within it taken away by what is
   /// believed of b.

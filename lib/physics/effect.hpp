@@ -28,7 +28,8 @@ struct EffectRoles {
   bool spring = false;         // one that the joint's bearings carry
   bool gain = false;           // a map of the input that multiplies it
   bool feels_load = false;     // it reads the load on the bearings
-  bool settles = false;        // its hidden state can say where it is after a while
+  bool settles = false;        // its hidden state can say where it is after a while,
+  bool swings = false;         // and is a mass that swings against the joint
   bool needs_turning = false;  // it has no meaning on a slide
   bool on_demand = false;      // it is looked for only where it is asked for
 

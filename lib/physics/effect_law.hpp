@@ -122,6 +122,7 @@ constexpr EffectRoles roles_of() {
   if constexpr (requires { E::kOfTime; }) roles.of_time = E::kOfTime;
   if constexpr (requires { E::kSpring; }) roles.spring = E::kSpring;
   if constexpr (requires { E::kFeelsLoad; }) roles.feels_load = E::kFeelsLoad;
+  if constexpr (requires { E::kSwings; }) roles.swings = E::kSwings;
   if constexpr (requires { E::kNeedsTurning; }) roles.needs_turning = E::kNeedsTurning;
   if constexpr (requires { E::kOnDemand; }) roles.on_demand = E::kOnDemand;
   return roles;

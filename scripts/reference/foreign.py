@@ -43,6 +43,15 @@ KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "vi
          "input_saturation", "input_dead_zone", "backlash", "input_gain", "added_inertia"]
 
 
+def balance(p, q):
+    """The torque of a spring between the end of a lever and a point of the frame."""
+    at = (math.cos(q), math.sin(q))
+    along = [p["anchor"] * c - a for c, a in zip((math.cos(p["centre"]), math.sin(p["centre"])), at)]
+    length = math.hypot(*along)
+    pull = p["stiffness"] / p["anchor"] * (length - p["rest"]) / length
+    return pull * (at[0] * along[1] - at[1] * along[0])
+
+
 class Machine:
     """inertia q'' = u - friction v - gravity sin q, and the effects {name: parameters}."""
 
@@ -98,12 +107,8 @@ class Machine:
                 f += p["amplitude"] * math.sin(p["order"] * q + p["phase"])
             elif name == "warming_friction":
                 f -= p["coefficient"] * math.exp(-self.time / p["time_constant"]) * v
-            elif name == "counterbalance":  # a spring between the end of a lever and a point of the frame
-                at = (math.cos(q), math.sin(q))
-                along = [p["anchor"] * c - a for c, a in zip((math.cos(p["centre"]), math.sin(p["centre"])), at)]
-                length = math.hypot(*along)
-                pull = p["stiffness"] / p["anchor"] * (length - p["rest"]) / length
-                f += pull * (at[0] * along[1] - at[1] * along[0])
+            elif name == "counterbalance":
+                f += balance(p, q)
         return f
 
     def dry(self, q, v, u):
@@ -116,6 +121,8 @@ class Machine:
             return p["coulomb"] + (p["static"] - p["coulomb"]) * math.exp(-(v / p["velocity"]) ** 2), p["static"]
         if "load_dependent_friction" in e or "load_stribeck_friction" in e:
             springs = e.get("linear_spring", {}).get("stiffness", 0.0) * q + e.get("cubic_spring", {}).get("stiffness", 0.0) * q ** 3
+            if "counterbalance" in e:
+                springs -= balance(e["counterbalance"], q)
             load = abs(u + self.gravity * math.sin(q) + springs)
             if "load_dependent_friction" in e:
                 return (e["load_dependent_friction"]["k"] * load,) * 2
@@ -294,7 +301,7 @@ def draw_one(options, index, attempt):
     machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family, options.having)
     if "added_inertia" in machine.effects:
         machine.effects["added_inertia"]["inertia"] = rng.uniform(0.05, 0.3) * machine.inertia
-    for name in {"joint_elasticity", "elastic_load"} & set(machine.effects):
+    for name in [n for n in ("joint_elasticity", "elastic_load") if n in machine.effects]:
         drawn = machine.effects[name]
         inertia, frequency = rng.uniform(0.05, 0.5) * machine.inertia, drawn["frequency"]
         machine.effects[name] = {"stiffness": inertia * frequency ** 2, "damping": 2 * drawn["ratio"] * frequency * inertia, "inertia": inertia}

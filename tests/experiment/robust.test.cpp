@@ -124,8 +124,9 @@ TEST_CASE("Where b is vague an arm does not ask for what only its mean promises"
     CHECK(metric(outcome, "SP2", "final_error") < 0.05);
     return metric(outcome, "SP2", "squared_error") / metric(outcome, "oracle", "squared_error");
   };
-  CHECK(share({}) < 1.05);
-  CHECK(share({"controllers.SP1.caution=0", "controllers.SP2.caution=0"}) > 1.06);
+  const double cautious = share({});
+  CHECK(cautious < 1.05);
+  CHECK(share({"controllers.SP1.caution=0", "controllers.SP2.caution=0"}) > cautious + 0.03);
 }
 
 TEST_CASE("An arm of which one motor alone lags ends at its goal", "[experiment]") {

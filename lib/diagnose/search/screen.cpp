@@ -286,7 +286,7 @@ Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::Matrix
       }
     }
   }
-  std::erase_if(list, [](const Finding& finding) { return finding.log_evidence == -kInfinity; });
+  std::erase_if(list, [](const Finding& finding) { return !std::isfinite(finding.log_evidence); });
   std::sort(list.begin(), list.end(), better);
   return {std::move(list), unexplained.squaredNorm()};
 }

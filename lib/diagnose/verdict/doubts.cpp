@@ -86,7 +86,7 @@ bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosi
 bool Doubts::gross() const {
   if (unexplained(scene_) <= kSettings.doubt.gross) return false;
   if (scene_.free.empty()) return true;
-  const Eigen::VectorXd noise = noise_level(scene_.data);
+  const Eigen::VectorXd noise = noise_level(scene_.data).cwiseMax(1e-12);
   if (!too_little(scene_.data, noise).empty()) return true;
   ExplainOptions options = search_options(spec_, scene_.data, noise);
   const std::vector<Measured> data = thinned(scene_.plant, scene_.data, options, noise);

@@ -16,8 +16,9 @@ namespace {
 /// Dry friction that is no stronger at rest than its simpler law is that law.
 bool same_at_rest(const EffectForm& form, const EffectForm& simpler) {
   if (!form.roles().dry_friction || !simpler.roles().dry_friction) return false;
-  const double level = simpler.sliding({});
-  return std::abs(form.sliding({}) - level) < kSettings.verdict.same_law * level;
+  const JointState rest{.motor_torque = 1.0};  // under a load, where that counts
+  const double level = simpler.sliding(rest);
+  return std::abs(form.sliding(rest) - level) < kSettings.verdict.same_law * level;
 }
 
 /// The set in which such laws have given way; empty where there is none.

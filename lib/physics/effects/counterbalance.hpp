@@ -17,6 +17,7 @@ struct Counterbalance {
       "torque -= {stiffness} (1 - {rest}/d) sin(q - {centre}), d^2 = 1 + {anchor}^2 - 2 {anchor} cos(q - {centre})";
   static constexpr std::string_view kText = "a spring on a lever, as it carries the weight of an arm";
   static constexpr bool kNeedsTurning = true;
+  static constexpr bool kSpring = true;
   static constexpr bool kOnDemand = true;  // in small ranges it imitates any spring
   double stiffness = 1.0;
   double anchor = 2.0;
@@ -53,8 +54,9 @@ struct Counterbalance {
   }
   static Counterbalance combined(const Shape<Counterbalance>& shape, std::span<const double> c) {
     Counterbalance spring = shape.members[0];
-    spring.stiffness = std::max(c[0], 1e-9);
-    spring.rest = std::min(c[1] / spring.stiffness, 5.0);
+    constexpr double kLongest = 5.0;
+    spring.stiffness = std::max({c[0], c[1] / kLongest, 1e-9});
+    spring.rest = c[1] / spring.stiffness;
     return spring;
   }
   static Counterbalance drawn(auto&& uniform, const DrawScales& s) {

@@ -16,6 +16,7 @@ struct ElasticLoad {
       "torque += {stiffness} (l - q) + {damping} (l' - v), {inertia} l'' = -(that)";
   static constexpr std::string_view kText =
       "a load behind a gear, belt or shaft that gives like a spring, seen from the motor: it swings after the motor";
+  static constexpr bool kSwings = true;
   static constexpr bool kOnDemand = true;  // as joint_elasticity
   double stiffness = 100.0;
   double damping = 1.0;
@@ -31,7 +32,10 @@ struct ElasticLoad {
   double torque_of(const State& z, const JointState& s) const {
     return stiffness * z[0] + damping * (z[1] - s.velocity);
   }
-  double settling_rate(const JointState& /*s*/) const { return frequency() + damping / inertia; }
+  double settling_rate(const JointState& s) const {
+    const double both = 1.0 / inertia + s.mobility;
+    return std::sqrt(stiffness * both) + damping * both;
+  }
   State rate(const State& z, const JointState& s) const { return {z[1] - s.velocity, -torque_of(z, s) / inertia}; }
 
   /// A spring that does not give.

@@ -16,6 +16,7 @@ struct JointElasticity {
   static constexpr std::string_view kText =
       "a gear, belt or shaft between motor and joint that gives like a spring, so that the motor swings against it";
   static constexpr bool kFeelsLoad = true;
+  static constexpr bool kSwings = true;
   static constexpr bool kOnDemand = true;  // with three numbers it imitates much, and its fits take long
   double stiffness = 100.0;
   double damping = 1.0;
@@ -29,7 +30,10 @@ struct JointElasticity {
 
   using State = HiddenState<2>;  // m - q, m'
   double torque_of(const State& z, const JointState& s) const { return spring(z, s) - s.motor_torque; }
-  double settling_rate(const JointState& /*s*/) const { return frequency() + damping / inertia; }
+  double settling_rate(const JointState& s) const {
+    const double both = 1.0 / inertia + s.mobility;
+    return std::sqrt(stiffness * both) + damping * both;
+  }
   State rate(const State& z, const JointState& s) const {
     return {z[1] - s.velocity, (s.motor_torque - spring(z, s)) / inertia};
   }

@@ -21,6 +21,7 @@ struct JointState {
   double motor_torque = 0.0;     // tau_in: what the input does to the joint, after the input effects
   double external_torque = 0.0;  // tau_ext: gravity and springs, along the joint
   double neighbour = 0.0;        // position of the joint that this one is coupled to
+  double mobility = 0.0;         // 1/inertia of the joint, where an effect that swings against it is asked for its rate
 };
 
 /// The joint that one of several is coupled to: the next or, for the last, the one before.

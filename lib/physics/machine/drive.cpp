@@ -78,12 +78,12 @@ void Drive::append(double time, double input) {
 }
 
 double Drive::at(std::size_t index, double t) const {
-  if (lag_ <= 0.0) return held_[index];
+  if (lagged_.empty()) return held_[index];
   return held_[index] + (lagged_[index] - held_[index]) * std::exp(-(t - time_[index]) / lag_);
 }
 
 Line Drive::over(std::size_t index, double t, double h) const {
-  if (lag_ <= 0.0) return {held_[index], 0.0};
+  if (lagged_.empty()) return {held_[index], 0.0};
   Line line = decaying(at(index, t) - held_[index], lag_, h);
   line.middle += held_[index];
   return line;

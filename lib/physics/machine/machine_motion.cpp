@@ -37,7 +37,12 @@ double Machine::fine_step(const StateOf<kJoints>& state, const Moment& moment, b
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const EffectForm& form = effects_[e].form;
     if (!form.roles().hidden_state) continue;
-    const JointState here = seen<kJoints>(effects_[e].joint, state, moment.t, on_bearings);
+    JointState here = seen<kJoints>(effects_[e].joint, state, moment.t, on_bearings);
+    if (form.roles().swings) {
+      const Joints<kJoints> input = input_at<kJoints>(moment, moment.t);
+      here.mobility =
+          motion_of<kJoints>(plant_, state.q, state.v, input, moment.t).mobility(effects_[e].joint, effects_[e].joint);
+    }
     if (goes_on && form.is_steady(part_of(state.z, form, slots_[e]), here)) continue;
     limit = std::min(limit, 0.5 / std::max(1e-9, form.settling_rate(here)));
   }

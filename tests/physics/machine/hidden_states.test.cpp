@@ -90,6 +90,30 @@ TEST_CASE("Friction that gives is never stronger than its level, whatever its st
   }
 }
 
+TEST_CASE(
+    "A slide and the load that it takes along by a spring move as the closed form of two masses says, also where "
+    "the load is the heavier",
+    "[effects][physics]") {
+  const double mass = 0.35, inertia = GENERATE(0.2, 7.0), stiffness = GENERATE(30.0, 4000.0), force = 2.0;
+  const double both = 1.0 / inertia + 1.0 / mass, damping = 0.6 * std::sqrt(stiffness / both);
+  const Machine machine(Mass{mass, 0.0}, {{ElasticLoad{stiffness, damping, inertia}}});
+  std::vector<double> time;
+  for (int k = 0; k <= 200; ++k) time.push_back(0.01 * k);
+  const std::vector<Drive> drives = machine.drives(time, Eigen::MatrixXd::Constant(201, 1, force));
+  const Eigen::MatrixXd q = machine.run(StateVector::Zero(2), time, drives, 0, 200, 0.01, machine.hidden_at_rest());
+  // x = l - q: x'' = -(stiffness x + damping x') both - force / mass, and mass q + inertia l = force t^2 / 2.
+  const double fades = 0.5 * damping * both, swings = std::sqrt(stiffness * both - fades * fades);
+  const double rests = -force / (mass * stiffness * both);
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    const double t = time[k];
+    const double x =
+        rests * (1.0 - std::exp(-fades * t) * (std::cos(swings * t) + fades / swings * std::sin(swings * t)));
+    CAPTURE(inertia, stiffness, t);
+    CHECK(std::abs(q(static_cast<Eigen::Index>(k), 0) - (0.5 * force * t * t - inertia * x) / (inertia + mass)) <
+          1e-2 * std::abs(rests));
+  }
+}
+
 TEST_CASE("A motor that pushes through a spring and the slide behind it move as the closed form of two masses says",
           "[effects][physics]") {
   const double mass = 0.7, inertia = GENERATE(0.2, 1.5), stiffness = GENERATE(30.0, 400.0), force = 2.0;
