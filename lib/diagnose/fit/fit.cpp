@@ -266,7 +266,6 @@ Fit started(const FitProblem& problem, Fit fit) {
 
 Fit refined(const FitProblem& problem, Fit current) {
   current.refined = true;
-  current.glanced = false;
   Eigen::MatrixXd jacobian = descend(problem, current, true, kSettings.fit.exact_iterations);
   if (recover(problem, current)) jacobian = descend(problem, current, true, kSettings.fit.exact_iterations);
   weigh(problem, current, jacobian);

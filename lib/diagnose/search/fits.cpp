@@ -118,7 +118,7 @@ bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
   }
   const Fit* found = find(key(effects));
   if (found == nullptr || found->sse <= known.sse) return false;
-  improve(effects, known);
+  improve(effects, known.initial_states);
   return true;
 }
 
@@ -170,7 +170,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
   const std::optional<Gap> open = gap(of, effects);
   if (!open || known->sse < kSettings.search.stuck * (open->least_squares() + 2.0 * kSettings.search.nested))
     return false;
-  return improve(open->filled({}), of, true);
+  return improve(open->filled({}), starts_for(effects, of), true);
 }
 
 /// Adds a set that another one contains. Where that one explains most the set begins there, with the numbers that the
@@ -232,7 +232,7 @@ void Fits::refine() {
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
         if (list[k].sse > known - kSettings.search.convergence) continue;
         known = list[k].sse;
-        for (const std::vector<Effect>& start : starts) again |= improve(start, list[k]);
+        for (const std::vector<Effect>& start : starts) again |= improve(start, starts_for(start, list[k]));
       }
     }
   }
@@ -251,38 +251,32 @@ FitProblem Fits::problem() const {
   return {nominal_, given_, options_.free, data_, *about_->response, *about_->forcing, penalty_, max_step_, best};
 }
 
-/// Those that are nearly as good as the best, their subsets, what they are with a simpler law (also where one step from
-/// elsewhere said that it is lost: it may begin where the richer law is now), and equivalents of the best.
+/// Those that are nearly as good as the best, their subsets, what they are with a simpler law, and equivalents of the
+/// best.
 std::vector<Fit> Fits::finalists() const {
   const std::vector<const Fit*> best = ranked();
-  std::set<std::string> names, simpler_laws;
+  std::set<std::string> names;
   std::size_t close = 0;
   for (const Fit* fit : best) {
     if (best.front()->log_evidence - fit->log_evidence > kSettings.search.close) break;
     if (++close > std::size_t(options_.thorough(kSettings.search.finalists))) break;
     names.insert(key(fit->effects));
-    for (const std::vector<Effect>& set : simpler_sets(fit->effects)) {
-      names.insert(key(set));
-      if (set.size() == fit->effects.size()) simpler_laws.insert(key(set));
-    }
+    for (const std::vector<Effect>& set : simpler_sets(fit->effects)) names.insert(key(set));
   }
   for (const std::vector<Effect>& equivalent : equivalents(best.front()->effects)) names.insert(key(equivalent));
   std::vector<Fit> list;
   for (const Fit* fit : best) {
-    const std::string name = key(fit->effects);
-    if (names.contains(name) && (!fit->glanced || simpler_laws.contains(name))) list.push_back(*fit);
+    if (names.contains(key(fit->effects)) && !fit->glanced) list.push_back(*fit);
   }
   return list;
 }
 
-/// Fits a set once more from other parameters, and where another fit has the free parameters and the windows' starts,
-/// if that is a better place than it has found, or `from_afar`; true if it gains.
-bool Fits::improve(const std::vector<Effect>& start, const Fit& other, bool from_afar) {
+/// Fits a set once more from other parameters if they are a better place than it has found, or `from_afar`; true if it
+/// gains.
+bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar) {
   try {
     Fit& known = fits_.at(key(start));
-    FitProblem there = problem();
-    there.nominal = other.plant;
-    Fit begun = begin(there, start, starts_for(start, other));
+    Fit begun = begin(problem(), start, starts);
     if (!from_afar && begun.sse >= known.sse) return false;
     Fit tried = refined(problem(), completed(problem(), std::move(begun)));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;

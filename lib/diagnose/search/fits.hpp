@@ -67,7 +67,7 @@ class Fits {
   bool improve_part(const Fit& of, const std::vector<Effect>& effects);
   std::optional<Fit> from_motion(const Fit& known);
   const LinearResponse& beside_process_noise(const Fit& fit);
-  bool improve(const std::vector<Effect>& start, const Fit& other, bool from_afar = false);
+  bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar = false);
   Fit begin_with(const std::vector<Effect>& effects, const std::vector<Effect>& other,
                  const std::vector<SegmentState>& starts) const;
   const Fit* find(const std::string& name) const;
