@@ -96,8 +96,7 @@ Learned learn_from(const BeliefPrior& truth, const Belief& believed, int draw,
     if (x.cwiseAbs().maxCoeff() > 6.0) break;  // where the draw says nothing
   }
   learning.finish();
-  const LearningRecord record = learning.record();
-  return {record, learning.take_belief(), drift, log_gain, std::sqrt(error), std::sqrt(error_as_seen)};
+  return {learning.record(), learning.take_belief(), drift, log_gain, std::sqrt(error), std::sqrt(error_as_seen)};
 }
 
 LearningRecord learned(const BeliefPrior& truth, const BeliefPrior& believed, int draw) {

@@ -38,10 +38,6 @@ bool overlap(const RecordingFile& a, const RecordingFile& b) {
          b.from.value_or(-kInfinity) < a.to.value_or(kInfinity);
 }
 
-}  // namespace
-
-namespace {
-
 /// What `effects` may list: names of the catalogue, and behind them `usual` for those that need not be asked for.
 std::vector<std::string_view> words_for_effects() {
   std::vector<std::string_view> words = effect_names();

@@ -261,16 +261,6 @@ bool beyond_doubt(const Search& search, const Judgement& judgement) {
   return !left && judgement.verdict != Verdict::unknown && !implausible(search.best(), search.data);
 }
 
-/// Whether beside mistakes stands an effect that had to be asked for: without any mistake it may be all.
-bool beside_asked(const std::vector<Suspicion>& suspicions) {
-  return std::ranges::any_of(suspicions, [](const Suspicion& suspicion) {
-    return std::ranges::any_of(suspicion.effects, [](const std::string& label) {
-      const auto law = std::ranges::find(catalogue(), label.substr(0, label.find('@')), &EffectLaw::name);
-      return law != catalogue().end() && (*law)->roles.on_demand;
-    });
-  });
-}
-
 /// Physics is not what is stated.
 void doubted(Judgement& judgement, const Search& search) {
   judgement.verdict = Verdict::check_spec;

@@ -67,6 +67,15 @@ double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& da
   }
 }
 
+bool beside_asked(const std::vector<Suspicion>& suspicions) {
+  return std::ranges::any_of(suspicions, [](const Suspicion& suspicion) {
+    return std::ranges::any_of(suspicion.effects, [](const std::string& label) {
+      const auto law = std::ranges::find(catalogue(), label.substr(0, label.find('@')), &EffectLaw::name);
+      return law != catalogue().end() && (*law)->roles.on_demand;
+    });
+  });
+}
+
 Doubts::Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recordings)
     : spec_(spec), scene_{*spec.model.plant, recordings, spec.model.free}, subject_{spec, *spec.model.plant, {}} {
   for (const JointUnits& units : joint_units(spec)) subject_.position_units.push_back(units.position);

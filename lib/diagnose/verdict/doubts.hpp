@@ -11,6 +11,9 @@ namespace bayesctrl {
 /// RMS error of free runs of the nominal; infinite where it cannot be simulated.
 double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& data, const Eigen::VectorXd& noise);
 
+/// Whether beside mistakes stands an effect that had to be asked for: without any mistake it may be all.
+bool beside_asked(const std::vector<Suspicion>& suspicions);
+
 /// Doubts of one spec, which must outlive them: what was looked at once is remembered.
 class Doubts {
  public:
