@@ -17,7 +17,7 @@ constexpr long kBeforeProbe = 6;      // calls before a probe that show its jump
 constexpr long kMostReserved = 4000;  // samples that there is room for from the start
 constexpr double kVagueGain = 10.0;   // thresholds: until that much is known of b it is probed,
 constexpr double kLostGain = 25.0;    // and again where the machine has come to where so little is known
-constexpr double kAlike = 0.999;      // correlation of the drift at both ends of a window that may be a long one
+constexpr double kAlike = 0.999;      // correlation of the drift at states that may stand for each other
 
 }  // namespace
 
@@ -75,12 +75,18 @@ void Learning::finish() {
   if (windows_ && timing_.known()) record_.timings = timing_.best();
 }
 
-/// The state at call k: as it is seen or, where the sensor is too noisy for the longest probe, at the end of a window.
+/// The state at call k: as it is seen or, where velocities are differences of positions so noisy that beliefs are
+/// looked up where the drift is another, at the end of a window in which the acceleration's change does less.
 StateVector Learning::state(long k) const {
-  const bool filtered = test_ && windows_->noisy() && believed_.gain_mean.size() > 0 && k >= windows_->longest_probe();
-  if (!filtered) return history_.seen(k);
-  const int samples = windows_->longest_probe();
-  return windows_->end_of(window(k - samples + 1, samples), samples);
+  const StateVector& seen = history_.seen(k);
+  const int samples = windows_ ? windows_->longest_probe() : 0;
+  if (!test_ || !setup_.positions_only || believed_.gain_mean.size() == 0 || k < samples) return seen;
+  const JointVector deviation = windows_->difference_variance().cwiseSqrt();
+  StateVector moved = seen;
+  moved.tail(deviation.size()) += deviation;
+  if (alike(seen, moved)) return seen;
+  const WindowSample last = window(k - samples + 1, samples);
+  return (last.passed.cwiseAbs().array() > deviation.array()).any() ? seen : last.end;
 }
 
 void Learning::finish_probe(long k) {
@@ -118,7 +124,7 @@ void Learning::end_probe(long k) {
   // probed. But without b there is no control, and without timing nothing to learn in passing: until both are known
   // half of the time is spent on probes.
   const bool untimed = asks_timing() && !timing_.known();
-  if (!untimed && !vague(belief_.predict(history_.seen(k)))) {
+  if (!untimed && !vague(belief_.predict(state(k)))) {
     next_instant_ = std::max(next_instant_, k + kRest * length);
   } else {
     next_instant_ = k + (complete() ? length : 0);
@@ -218,15 +224,19 @@ long Learning::waiting() const {
   return static_cast<long>(std::ceil(wait / dt - 1e-9));
 }
 
-/// Whether the drift is believed to be nearly the same at the first and in the last window of so many samples, from one
-/// call to another.
-bool Learning::alike(long first, long last, int samples) const {
-  const StateVector from = window(first, samples).derivative.x, to = window(last - samples + 1, samples).derivative.x;
+/// Whether the drift is believed to be nearly the same at two states.
+bool Learning::alike(const StateVector& from, const StateVector& to) const {
   double least = 1.0;
   for (int i = 0; i < belief_.joints(); ++i) {
     least = std::min(least, correlation(belief_.drift_prior(i).kernel, span_of(from), span_of(to)));
   }
   return least > kAlike;
+}
+
+/// Whether a window of so many samples may stand for those from one call to another: the drift is nearly the same in
+/// the first and in the last of such windows.
+bool Learning::hardly_moves(long first, long last, int samples) const {
+  return alike(window(first, samples).derivative.x, window(last - samples + 1, samples).derivative.x);
 }
 
 /// Samples of a window that ends now and begins after what was learned from; 0 to wait. As few as a probe has, but
@@ -240,7 +250,7 @@ int Learning::passing_samples(long k) const {
           : std::max(shortest, windows_->samples_for(setup_.learner.drift_threshold, windows_->longest()));
   const auto unused = static_cast<int>(std::min<long>(k - used_ + 1, wanted));
   if (unused < shortest) return 0;
-  if (shortest == wanted || !alike(k - unused + 1, k, shortest)) return shortest;
+  if (shortest == wanted || !hardly_moves(k - unused + 1, k, shortest)) return shortest;
   return unused == wanted ? wanted : 0;
 }
 

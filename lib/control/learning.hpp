@@ -70,7 +70,8 @@ class Learning {
   WindowSample window(long first, int samples) const;
   void add_jump(Derivative& sample, long k) const;
   int passing_samples(long k) const;
-  bool alike(long first, long last, int samples) const;
+  bool alike(const StateVector& from, const StateVector& to) const;
+  bool hardly_moves(long first, long last, int samples) const;
   long waiting() const;
   long before(const Probe& probe) const;
   JointVector sample_noise() const;

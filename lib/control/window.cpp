@@ -61,9 +61,9 @@ WindowFit::Result WindowFit::operator()(const Eigen::VectorXd& positions, const 
   const Eigen::VectorXd& y = positions_only_ ? positions : velocities;
   const Eigen::VectorXd c = weights_ * y;
   const double rest = (y - basis_ * c).squaredNorm();
-  if (positions_only_) return {c[0], c[1], c[2], rest};
+  if (positions_only_) return {c[0], c[1], c[2], c[3], rest};
   const Eigen::MatrixXd integrated = powers(times_, 4).rightCols(3);
-  return {(positions - integrated * c).mean(), c[0], c[1], rest};
+  return {(positions - integrated * c).mean(), c[0], c[1], c[2], rest};
 }
 
 InputMotion motion_of_input(const History& history, int input, long first, int samples, double dt,

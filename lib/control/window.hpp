@@ -92,8 +92,8 @@ class WindowFit {
   int degrees_of_freedom() const { return samples() - static_cast<int>(weights_.rows()); }
 
   struct Result {
-    double position = 0.0, velocity = 0.0, acceleration = 0.0;  // in the middle
-    double rest = 0.0;                                          // sum of squared residuals
+    double position = 0.0, velocity = 0.0, acceleration = 0.0, jerk = 0.0;  // in the middle
+    double rest = 0.0;                                                      // sum of squared residuals
   };
 
   /// `positions`, and `velocities` where they are measured, of one joint.

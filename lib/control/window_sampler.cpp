@@ -41,7 +41,8 @@ WindowSample WindowSampler::operator()(const History& history, long first, int s
   const WindowFit& fit = fit_of(samples);
   std::vector<InputMotion> acting;
   Derivative measured{StateVector(2 * n), JointVector(n), JointVector(n)};
-  JointVector rest(n);
+  StateVector end(2 * n);
+  JointVector passed(n), rest(n);
   for (int j = 0; j < n; ++j) {
     InputMotion motion = motion_of_input(history, j, first, samples, dt_, timings[static_cast<std::size_t>(j)]);
     measured.input[j] = motion.mean;
@@ -52,39 +53,35 @@ WindowSample WindowSampler::operator()(const History& history, long first, int s
     acting.push_back(std::move(motion));
   }
   const int low = (samples - 1) / 2, high = samples / 2;  // around the middle
+  const double h = 0.5 * dt_ * (samples - 1);             // from there to the end
   for (int i = 0; i < n; ++i) {
     Eigen::VectorXd q(samples), v(samples);
     for (int k = 0; k < samples; ++k) {
       q[k] = history.seen(first + k)[i];
       v[k] = history.seen(first + k)[n + i];
     }
-    double q_back = 0.0, v_back = 0.0;
+    double q_back = 0.0, v_back = 0.0, q_end = 0.0, v_end = 0.0;
     for (int j = 0; j < n && believed.size() > 0; ++j) {
       const InputMotion& motion = acting[static_cast<std::size_t>(j)];
       q -= believed(i, j) * motion.twice;
       v -= believed(i, j) * motion.once;
       q_back += 0.5 * believed(i, j) * (motion.twice[low] + motion.twice[high]);
       v_back += 0.5 * believed(i, j) * (motion.once[low] + motion.once[high]);
+      q_end += believed(i, j) * motion.twice[samples - 1];
+      v_end += believed(i, j) * motion.once[samples - 1];
     }
     const WindowFit::Result result = fit(q, v);
     measured.x[i] = result.position + q_back;
     measured.x[n + i] = result.velocity + v_back;
     measured.acceleration[i] = result.acceleration;
+    end[i] = result.position + h * result.velocity + 0.5 * h * h * result.acceleration + q_end;
+    end[n + i] = result.velocity + h * result.acceleration + v_end;
+    passed[i] = 0.5 * h * h * result.jerk;
     rest[i] = result.rest;
   }
   const double freedom = fit.degrees_of_freedom();
   measured.variance = fit.acceleration_variance() * noise(rest, freedom);
-  return {measured, rest, freedom};
-}
-
-StateVector WindowSampler::end_of(const WindowSample& sample, int samples) const {
-  const StateVector& x = sample.derivative.x;
-  const JointVector& acceleration = sample.derivative.acceleration;
-  const Eigen::Index n = acceleration.size();
-  const double h = 0.5 * dt_ * (samples - 1);
-  StateVector end(2 * n);
-  end << x.head(n) + h * x.tail(n) + 0.5 * h * h * acceleration, x.tail(n) + h * acceleration;
-  return end;
+  return {measured, end, passed, rest, freedom};
 }
 
 JointVector WindowSampler::noise(const JointVector& rest, double freedom) const {

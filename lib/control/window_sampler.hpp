@@ -7,9 +7,12 @@
 
 namespace bayesctrl {
 
-/// A sample over a window, with the sum of squared residuals of each joint.
+/// A sample over a window, with the state at the window's end, as the acceleration carries it on from the middle, and
+/// the sum of squared residuals of each joint.
 struct WindowSample {
   Derivative derivative;
+  StateVector end;
+  JointVector passed;  // how far the acceleration's change moves the velocity from the middle to the end
   JointVector rest;
   double freedom = 0.0;  // degrees of, of each joint's residuals
 };
@@ -32,16 +35,13 @@ class WindowSampler {
   /// Samples of the shortest window in which the noise leaves an acceleration no more than this variance, up to `most`.
   int samples_for(double variance, int most) const;
 
-  /// Whether so much noise was seen that even the longest probe is too short.
-  bool noisy() const { return noise_.maxCoeff() * fit_of(longest_probe_).acceleration_variance() > accuracy_; }
+  /// Variance of the differences of positions that stand for velocities.
+  JointVector difference_variance() const { return 2.0 * noise_ / (dt_ * dt_); }
 
   /// The state and the acceleration in the middle of a window, the input's own changes within it taken away by what is
   /// believed of b.
   WindowSample operator()(const History& history, long first, int samples, const Timings& timings,
                           const JointMatrix& believed) const;
-
-  /// The state at a window's end, as its acceleration carries it on from the middle.
-  StateVector end_of(const WindowSample& sample, int samples) const;
 
   /// Variance of the sensor's noise at each joint, from all windows and a further one's squared residuals.
   JointVector noise(const JointVector& rest, double freedom) const;

@@ -145,10 +145,10 @@ TEST_CASE("Where b is certain from the start its inputs are timed all the same, 
   }
 }
 
-TEST_CASE("Where noise makes even the longest probe too short the belief is looked up at the end of a window",
+TEST_CASE("Where noise leads to where the drift is another the belief is looked up at the end of a window",
           "[control]") {
   for (int draw = 0; draw < 8; ++draw) {
-    const Learned noisy = learn_from(right_prior(), Belief(right_prior(), 1), draw, Monitor{}, 1e-3);
+    const Learned noisy = learn_from(right_prior(), Belief(right_prior(), 1), draw, Monitor{}, 3e-3);
     CHECK(noisy.error < 0.4 * noisy.error_as_seen);
     const Learned quiet = learn_from(right_prior(), Belief(right_prior(), 1), draw, Monitor{}, 1e-6);
     CHECK(quiet.error > 0.0);

@@ -46,7 +46,30 @@ TEST_CASE("A constant acceleration is measured in the middle of any window, and 
       CHECK((sample.derivative.x - state_at(middle, 1.2)).norm() < 1e-9);
       CHECK(sample.derivative.acceleration[0] == Approx(kTrueDrift + kTrueGain * 1.2));
       CHECK(sample.derivative.input[0] == Approx(1.2));
-      CHECK((sampler.end_of(sample, samples) - state_at(end, 1.2)).norm() < 1e-9);
+      CHECK((sample.end - state_at(end, 1.2)).norm() < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("A jump of the input within a window does not move the state at its end", "[control]") {
+  const long jump = 30;
+  const double at_jump = jump * kBetweenCalls;
+  const StateVector then = state_at(at_jump, 0.0);
+  for (const bool positions_only : {true, false}) {
+    const WindowSampler sampler({}, true, 1, kBetweenCalls, positions_only);
+    History history(1, 80);
+    for (long k = 0; k < 80; ++k) {
+      const double t = static_cast<double>(k) * kBetweenCalls, since = t - at_jump, a = kTrueDrift + kTrueGain * 2.5;
+      history.add(k < jump ? state_at(t, 0.0)
+                           : StateVector(Eigen::Vector2d(then[0] + since * then[1] + 0.5 * a * since * since,
+                                                         then[1] + a * since)));
+      history.hold(JointVector::Constant(1, k < jump ? 0.0 : 2.5));
+    }
+    for (int samples = sampler.shortest(); samples <= sampler.longest_probe(); ++samples) {
+      for (long first = jump - samples; first <= jump; ++first) {
+        const WindowSample sample = sampler(history, first, samples, kAtOnce, kBelieved);
+        CHECK((sample.end - history.seen(first + samples - 1)).norm() < 1e-9);
+      }
     }
   }
 }
@@ -57,14 +80,14 @@ TEST_CASE("Windows become as long as the noise that they have seen makes necessa
   for (const double noise : {0.0, 1e-6, 1e-5, 1e-4, 1e-3}) {
     WindowSampler sampler(spec, true, 1, kBetweenCalls, true);
     CHECK(sampler.samples() == sampler.shortest());
-    CHECK_FALSE(sampler.noisy());
     const History history = constant_motion(1000, 0.0, noise, random);
     for (long first = 0; first < 980; first += 20) sampler.keep(sampler(history, first, 20, kAtOnce, kBelieved));
     CHECK(std::sqrt(sampler.noise(JointVector::Zero(1), 0.0)[0]) == Approx(noise).epsilon(0.35).margin(1e-12));
-    CHECK(sampler.noisy() == (noise == 1e-3));
+    CHECK(std::sqrt(sampler.difference_variance()[0]) ==
+          Approx(std::sqrt(2.0) * noise / kBetweenCalls).epsilon(0.35).margin(1e-9));
     CHECK(sampler.longest_probe() == std::lround(spec.longest / kBetweenCalls) + 1);
     const double sd = std::sqrt(sampler.acceleration_variance()[0]);
-    if (!sampler.noisy()) CHECK(sd <= spec.accuracy);
+    if (noise < 1e-3) CHECK(sd <= spec.accuracy);
     CHECK(sampler.samples_for(1e-12, sampler.longest()) == (noise < 1e-6 ? sampler.shortest() : sampler.longest()));
 
     // That standard deviation is what windows of this length have.
