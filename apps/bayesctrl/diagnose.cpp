@@ -27,7 +27,8 @@ using nlohmann::ordered_json;
 /// What a newcomer reads, part by part.
 void print_explanation(const Diagnosis& d) {
   for (const ExplainedEffect& effect : d.explanation.effects) {
-    std::cout << "  " << effect.name << " in joint " << effect.joint << ": " << effect.text << "\n";
+    std::cout << "  " << effect.name << " in joint " << effect.joint
+              << (effect.recording ? " of " + *effect.recording : "") << ": " << effect.text << "\n";
     if (effect.inclusion && effect.share) {
       std::cout << "      part of the machine with " << percent_text(*effect.inclusion) << "; without it "
                 << share_text(*effect.share) << " of the error (squares) would be left\n";

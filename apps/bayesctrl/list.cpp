@@ -52,8 +52,10 @@ ordered_json family(const auto* variant) {
 ordered_json effects() {
   ordered_json list = ordered_json::array();
   for (const EffectLaw* law : catalogue()) {
-    const std::string text =
-        std::string(law->text) + (law->roles.on_demand ? " (looked for where `effects` names it)" : "");
+    const std::string text = std::string(law->text) + (law->roles.on_demand ? " (looked for where `effects` names it)"
+                                                       : law->roles.feels_temperature
+                                                           ? " (looked for where `temperature` is among the signals)"
+                                                           : "");
     list.push_back(member_json(law->name, text, std::string(law->equation), describe(law->declared())));
   }
   return list;

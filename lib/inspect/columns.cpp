@@ -20,6 +20,7 @@ const Words kVelocity{"v", "qd",    "dq",       "qdot",   "vel",  "velocity", "o
                       "w", "speed", "thetadot", "dtheta", "xdot", "dx"};
 const Words kInput{"u",       "tau", "torque", "force",   "f",       "input",
                    "command", "cmd", "effort", "current", "voltage", "motor"};
+const Words kTemperature{"temp", "temperature", "temperatures", "celsius"};
 const Words kWanted{"des", "desired", "ref", "reference", "target", "setpoint", "con"};  // not measured
 
 std::string lower(std::string_view text) {
@@ -69,8 +70,10 @@ Name take_apart(const std::string& column) {
   finish();
   if (name.unit == nullptr && name.words.size() > 1) {
     name.unit = find_unit(name.words.back(), true);
+    if (name.unit != nullptr && name.unit->si == "degC" && name.words.back().size() == 1) name.unit = nullptr;  // x_k
     if (name.unit != nullptr) name.words.pop_back();
   }
+  if (name.unit != nullptr && name.unit->si == "degC") name.words = {"temperature"};
   return name;
 }
 
@@ -99,6 +102,8 @@ class Guesser {
     const std::size_t joints = result.position.size();
     result.velocity = take(kVelocity, joints, "a velocity");
     if (result.velocity.size() != joints) result.velocity.clear();
+    result.temperature = take(kTemperature, joints, "a temperature");
+    if (result.temperature.size() != joints && result.temperature.size() > 1) result.temperature.resize(1);
     if (result.input.empty()) result.input = take(kInput, joints, "an input");
     for (std::size_t i = 0; i < names_.size() && result.input.size() < joints; ++i) {
       if (!taken_[i]) result.input.push_back(use(i, "a guess: no name says what the input is"));
@@ -148,7 +153,8 @@ class Guesser {
   ColumnGuess use(std::size_t i, const std::string& reason) {
     taken_[i] = true;
     const Unit* unit = names_[i].unit;
-    return {table_.names[i], unit != nullptr ? unit->scale : 1.0, unit != nullptr ? std::string(unit->si) : "", reason};
+    if (unit == nullptr) return {table_.names[i], 1.0, 0.0, "", reason};
+    return {table_.names[i], unit->scale, unit->offset, std::string(unit->si), reason};
   }
 
   [[noreturn]] void fail(const std::string& what, const std::string& option) const {

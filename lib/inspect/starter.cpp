@@ -105,6 +105,7 @@ std::string signal_text(const ColumnGuess& guess) {
   if (guess.scale == 1.0 && guess.unit.empty()) return in_yaml(guess.column);
   std::string text = "{column: " + in_yaml(guess.column);
   if (guess.scale != 1.0) text += ", scale: " + to_yaml_line(guess.scale);
+  if (guess.offset != 0.0) text += ", offset: " + to_yaml_line(guess.offset);
   return text + (guess.unit.empty() ? "" : ", unit: " + in_yaml(guess.unit)) + "}";
 }
 
@@ -113,8 +114,8 @@ std::string range_text(const DataTable& table, const ColumnGuess& guess) {
   double low = kInfinity, high = -kInfinity;
   for (const double value : table.columns[static_cast<std::size_t>(at)]) {
     if (!(value == value)) continue;
-    low = std::min(low, value * guess.scale);
-    high = std::max(high, value * guess.scale);
+    low = std::min(low, value * guess.scale + guess.offset);
+    high = std::max(high, value * guess.scale + guess.offset);
   }
   const std::string unit = guess.unit.empty() ? ", unit not told: SI is assumed" : " " + guess.unit;
   return "; from " + format(low, 3) + " to " + format(high, 3) + unit;
@@ -133,7 +134,7 @@ std::string signal_line(const DataTable& table, const std::string& key, const st
 std::string left_out(const DataTable& table, const ColumnGuesses& guesses) {
   std::vector<std::string> used;
   if (guesses.time) used.push_back(guesses.time->column);
-  for (const auto* list : {&guesses.position, &guesses.velocity, &guesses.input}) {
+  for (const auto* list : {&guesses.position, &guesses.velocity, &guesses.input, &guesses.temperature}) {
     for (const ColumnGuess& guess : *list) used.push_back(guess.column);
   }
   std::string names;
@@ -244,7 +245,7 @@ std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::stri
                     std::string(name_of(plant)) + " has " + std::to_string(joint_count) +
                         " joints, columns that seem to be positions: " + std::to_string(guesses.position.size()));
   }
-  for (auto* list : {&guesses.position, &guesses.velocity, &guesses.input}) {
+  for (auto* list : {&guesses.position, &guesses.velocity, &guesses.input, &guesses.temperature}) {
     if (list->size() > joint_count) list->resize(joint_count);
   }
   std::vector<std::string> names;
@@ -268,6 +269,7 @@ std::string diagnosis_starter(const std::vector<fs::path>& recordings, std::stri
   text += signal_line(table, "position", guesses.position);
   if (!guesses.velocity.empty()) text += signal_line(table, "velocity", guesses.velocity);
   text += signal_line(table, "input", guesses.input);
+  if (!guesses.temperature.empty()) text += signal_line(table, "temperature", guesses.temperature);
   text += left_out(table, guesses);
   text += recordings_text(names, time);
   return text + line("horizon_s: 1", note<DiagnosisSpec>("horizon_s"));

@@ -27,9 +27,12 @@
 #include "physics/effects/position_dependent_friction.hpp"
 #include "physics/effects/presliding_hysteresis.hpp"
 #include "physics/effects/quadratic_drag.hpp"
+#include "physics/effects/recording_gain.hpp"
+#include "physics/effects/recording_offset.hpp"
 #include "physics/effects/sensor_offset.hpp"
 #include "physics/effects/sensor_scale.hpp"
 #include "physics/effects/stribeck_friction.hpp"
+#include "physics/effects/thermal_friction.hpp"
 #include "physics/effects/torque_step.hpp"
 #include "physics/effects/viscous_friction.hpp"
 #include "physics/effects/warming_friction.hpp"
@@ -38,12 +41,13 @@ namespace bayesctrl {
 
 /// The catalogue of additional physics. A new effect is one file in effects/ and one line here. Input effects apply in
 /// this order.
-using Catalogue = std::tuple<ViscousFriction, CoulombFriction, StribeckFriction, QuadraticDrag, AsymmetricFriction,
-                             PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring,
-                             CouplingTorque, ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance,
-                             TorqueStep, AddedInertia, InputDelay, InputGain, InputDeadZone, Backlash, InputSaturation,
-                             ActuatorLag, PreslidingHysteresis, SensorOffset, SensorScale, JointElasticity, ElasticLoad,
-                             Counterbalance, WarmingFriction, LoadStribeckFriction>;
+using Catalogue =
+    std::tuple<ViscousFriction, CoulombFriction, StribeckFriction, QuadraticDrag, AsymmetricFriction,
+               PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring, CouplingTorque,
+               ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance, TorqueStep, AddedInertia,
+               InputDelay, InputGain, InputDeadZone, Backlash, InputSaturation, ActuatorLag, PreslidingHysteresis,
+               SensorOffset, SensorScale, JointElasticity, ElasticLoad, Counterbalance, WarmingFriction,
+               LoadStribeckFriction, ThermalFriction, RecordingOffset, RecordingGain>;
 
 /// Calls f(E{}) for the type E of each effect.
 void for_each_effect(auto&& f) {

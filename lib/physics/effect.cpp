@@ -45,13 +45,27 @@ std::vector<std::string_view> effect_names() {
 std::vector<std::size_t> usual_effects() {
   std::vector<std::size_t> list;
   for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
-    if (!catalogue()[kind]->roles.on_demand) list.push_back(kind);
+    const EffectRoles& roles = catalogue()[kind]->roles;
+    if (!roles.on_demand && !roles.feels_temperature) list.push_back(kind);
   }
   return list;
 }
 
 bool same_kind(const Effect& a, const Effect& b) {
   return &a.form.law() == &b.form.law() && a.joint == b.joint && a.recording == b.recording;
+}
+
+std::vector<Effect> acting_in(const std::vector<Effect>& effects, std::size_t recording) {
+  std::vector<Effect> here;
+  std::ranges::copy_if(effects, std::back_inserter(here),
+                       [&](const Effect& effect) { return effect.acts_in(recording); });
+  return here;
+}
+
+std::vector<Effect> in_new_recordings(std::vector<Effect> effects) {
+  std::erase_if(effects, [](const Effect& effect) { return effect.form.roles().of_one_recording; });
+  for (Effect& effect : effects) effect.recording = -1;
+  return effects;
 }
 
 double spring_torque(const std::vector<Effect>& effects, int joint, double position) {

@@ -22,16 +22,18 @@ struct EffectRoles {
   bool torque = false, dry_friction = false, hidden_state = false, inertia = false, tilt = false;
   bool delay = false, map = false, play = false, lag = false, sensor = false;
 
-  bool of_time = false;        // a torque that is no function of the machine's state,
-  bool timed = false;          // one that jumps at a time, at which integration steps must end,
-  bool contact = false;        // one that begins where the joint touches something,
-  bool spring = false;         // one that the joint's bearings carry
-  bool gain = false;           // a map of the input that multiplies it
-  bool feels_load = false;     // it reads the load on the bearings
-  bool settles = false;        // its hidden state can say where it is after a while,
-  bool swings = false;         // and is a mass that swings against the joint
-  bool needs_turning = false;  // it has no meaning on a slide
-  bool on_demand = false;      // it is looked for only where it is asked for
+  bool of_time = false;            // a torque that is no function of the machine's state,
+  bool timed = false;              // one that jumps at a time, at which integration steps must end,
+  bool contact = false;            // one that begins where the joint touches something,
+  bool spring = false;             // one that the joint's bearings carry
+  bool gain = false;               // a map of the input that multiplies it
+  bool feels_load = false;         // it reads the load on the bearings
+  bool settles = false;            // its hidden state can say where it is after a while,
+  bool swings = false;             // and is a mass that swings against the joint
+  bool needs_turning = false;      // it has no meaning on a slide
+  bool of_one_recording = false;   // what it does in one says nothing of any other,
+  bool feels_temperature = false;  // it is looked for only where that is recorded
+  bool on_demand = false;          // it is looked for only where it is asked for
 
   constexpr bool any() const {
     return torque || dry_friction || hidden_state || inertia || tilt || delay || map || play || lag || sensor;
@@ -230,6 +232,7 @@ struct Effect {
   int joint = 0;
   int recording = -1;  // the only recording in which it acts, counted from 0; -1: every one
 
+  bool acts_in(std::size_t which) const { return recording < 0 || static_cast<std::size_t>(recording) == which; }
   bool operator==(const Effect&) const = default;
 };
 
@@ -245,6 +248,11 @@ inline EffectForm declared_effect(std::size_t index) { return catalogue().at(ind
 
 /// The same law in the same place, whatever its parameters.
 bool same_kind(const Effect& a, const Effect& b);
+
+/// Those that act in one recording; those of a recording that is not among the known ones, in which what has changed
+/// stays changed.
+std::vector<Effect> acting_in(const std::vector<Effect>& effects, std::size_t recording);
+std::vector<Effect> in_new_recordings(std::vector<Effect> effects);
 
 /// Torque of the springs among the effects of one joint at a position of it.
 double spring_torque(const std::vector<Effect>& effects, int joint, double position);

@@ -124,6 +124,8 @@ constexpr EffectRoles roles_of() {
   if constexpr (requires { E::kFeelsLoad; }) roles.feels_load = E::kFeelsLoad;
   if constexpr (requires { E::kSwings; }) roles.swings = E::kSwings;
   if constexpr (requires { E::kNeedsTurning; }) roles.needs_turning = E::kNeedsTurning;
+  if constexpr (requires { E::kOfOneRecording; }) roles.of_one_recording = E::kOfOneRecording;
+  if constexpr (requires { E::kFeelsTemperature; }) roles.feels_temperature = E::kFeelsTemperature;
   if constexpr (requires { E::kOnDemand; }) roles.on_demand = E::kOnDemand;
   return roles;
 }
@@ -267,10 +269,11 @@ class LawOf final : public EffectLaw {
   }
 
   EffectForm declared() const override { return E{}; }
-  /// The recording of a timed effect, one of the first three, is drawn last.
+  /// The recording of an effect that has one, of the first three, is drawn last.
   std::pair<EffectForm, int> drawn(const Uniform& uniform, const DrawScales& scales) const override {
     const E form = E::drawn(uniform, scales);
-    if constexpr (TimedEffect<E>) return {form, static_cast<int>(uniform(0.0, 2.999))};
+    if constexpr (TimedEffect<E> || requires { E::kOfOneRecording; })
+      return {form, static_cast<int>(uniform(0.0, 2.999))};
     return {form, -1};
   }
   double least_drag(const EffectForm& form) const override {

@@ -32,6 +32,11 @@ std::string to_file(const Recorded& recorded) {
     table.columns.push_back({numbered("q", j, n), "", columns[static_cast<std::size_t>(1 + j)]});
   for (int j = 0; j < n; ++j)
     table.columns.push_back({numbered("u", j, n), "", columns[static_cast<std::size_t>(1 + n + j)]});
+  if (recorded.temperature) {
+    std::vector<double> celsius;
+    for (const double t : columns[0]) celsius.push_back(recorded.temperature->at(0, t));
+    table.columns.push_back({"temperature", "", celsius});
+  }
   return to_csv(table, 12);
 }
 

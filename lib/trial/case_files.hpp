@@ -13,7 +13,7 @@ inline constexpr int kRecordings = 3;
 
 std::string recording_name(int number);  // from 0
 
-/// A recording as the diagnosis gets it: CSV of t, q and u.
+/// A recording as the diagnosis gets it: CSV of t, q and u, and of the temperature where an effect depends on it.
 std::string to_file(const Recorded& recorded);
 
 /// The spec of a case's diagnosis.

@@ -43,9 +43,7 @@ std::vector<Recorded> record_all(const Hidden& machine, const Scene& scene, int 
   for (int r = 0; r < count; ++r) {
     RandomStream random(scene.seed + static_cast<std::uint64_t>(r));
     Hidden here = machine;
-    if (r >= kRecordings) {  // what changed stays changed
-      for (Effect& effect : here.effects) effect.recording = -1;
-    }
+    if (r >= kRecordings) here.effects = in_new_recordings(std::move(here.effects));
     std::optional<Recorded> recorded =
         record(here, scene.nominal, scene.tasks[static_cast<std::size_t>(r)], scene.sampling, r, random);
     if (!recorded) return {};
@@ -289,6 +287,7 @@ Case make_case(const TrialSpec& spec, const Order& order) {
       if (best.excess(best.best().fit) < kOutside) continue;
     }
     Case result{order.name, order.family, spec_json(order.name, nominal, free), {}, truth};
+    if (recorded[0].temperature) result.spec["signals"]["temperature"] = "temperature";
     for (int r = 0; r <= kRecordings; ++r) {
       result.files.emplace_back(recording_name(r), to_file(recorded[static_cast<std::size_t>(r)]));
     }

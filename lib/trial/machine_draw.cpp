@@ -112,13 +112,15 @@ double over_seconds(const Recorded& recorded, double noise,
 
 constexpr double kJudged = 0.011;  // s, longest step of runs by which sizes are judged
 
-/// The effects that act in one of a machine's recordings.
-std::vector<Effect> acting(const std::vector<Effect>& effects, int number) {
-  std::vector<Effect> here;
-  for (const Effect& effect : effects) {
-    if (effect.recording < 0 || effect.recording == number) here.push_back(effect);
+/// A machine that warms up, all its joints alike.
+RecordedTemperature warming(const std::vector<double>& time, int joint_count, RandomStream& random) {
+  const double begin = draw_uniform(random, 10.0, 40.0), by = draw_uniform(random, 10.0, 30.0);
+  const double within = draw_uniform(random, 0.3, 1.0) * time.back();
+  Temperature result{time, Eigen::MatrixXd(static_cast<Eigen::Index>(time.size()), joint_count)};
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    result.celsius.row(static_cast<Eigen::Index>(k)).setConstant(begin + by * -std::expm1(-time[k] / within));
   }
-  return here;
+  return std::make_shared<const Temperature>(std::move(result));
 }
 
 }  // namespace
@@ -152,9 +154,12 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
     if (task == Task::release && floats(machine.plant)) start[n + j] = draw_uniform(random, 0.5, 1.5);
   }
 
+  const auto feels = [](const Effect& effect) { return effect.form.roles().feels_temperature; };
+  if (std::ranges::any_of(machine.effects, feels)) result.temperature = warming(result.time, n, random);
   result.position = result.truth = result.input = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(samples), n);
   result.state.resize(static_cast<Eigen::Index>(samples), 2 * n);
-  const Machine simulator(machine.plant, acting(machine.effects, number));
+  const Machine simulator(machine.plant, acting_in(machine.effects, static_cast<std::size_t>(number)), {},
+                          result.temperature);
   std::vector<Eigen::VectorXd> noise;
   for (int j = 0; j < n; ++j) {
     Eigen::VectorXd& list = noise.emplace_back(static_cast<Eigen::Index>(samples));
@@ -224,7 +229,9 @@ double size_beside_others(const Hidden& hidden, std::size_t effect, const Record
                           double noise) {
   std::vector<Effect> others = hidden.effects;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(effect));
-  const Machine with(hidden.plant, acting(hidden.effects, number)), without(hidden.plant, acting(others, number));
+  const auto r = static_cast<std::size_t>(number);
+  const Machine with(hidden.plant, acting_in(hidden.effects, r), {}, recorded.temperature),
+      without(hidden.plant, acting_in(others, r), {}, recorded.temperature);
   const std::vector<Drive> drives = with.drives(recorded.time, recorded.input),
                            others_drives = without.drives(recorded.time, recorded.input);
   return over_seconds(recorded, noise, [&](std::size_t first, std::size_t last) -> Eigen::MatrixXd {

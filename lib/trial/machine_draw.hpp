@@ -32,6 +32,7 @@ struct Recorded {
   Eigen::MatrixXd truth;                   // positions without the sensor's noise
   Eigen::MatrixXd state;                   // true [q, v]
   std::size_t lost_from = 0, lost_to = 0;  // samples that were lost in a gap
+  RecordedTemperature temperature{};       // where an effect depends on it
 };
 
 /// A machine with everything that is hidden in it.

@@ -19,6 +19,8 @@ and breaks away at instants found by bisection.
     --having KIND     one of the effects, in every case: also those that have to be asked for, which are not drawn else;
                       the spec then asks for them
     --asking KIND     the spec asks for it too, though nothing of the kind is concealed
+
+`thermal_friction` comes with a recorded temperature that rises, to a tenth of a degree with as much noise.
 """
 
 import argparse
@@ -28,15 +30,17 @@ import random
 from pathlib import Path
 
 STEP = 2.5e-4  # s
-INPUT_EFFECTS = {"actuator_lag", "input_saturation", "input_dead_zone", "backlash", "input_gain"}
+INPUT_EFFECTS = {"actuator_lag", "input_saturation", "input_dead_zone", "backlash", "input_gain", "recording_gain"}
 DRY = {"coulomb_friction", "stribeck_friction", "load_dependent_friction", "load_stribeck_friction"}
-ON_DEMAND = ["joint_elasticity", "elastic_load", "counterbalance", "warming_friction", "load_stribeck_friction"]
+ON_DEMAND = ["joint_elasticity", "elastic_load", "counterbalance", "warming_friction", "load_stribeck_friction",
+             "recording_offset", "recording_gain"]
+RECORDED = ["thermal_friction"]  # looked for where the temperature is recorded
 ALIKE = [  # laws of which no more than one is drawn: a recording hardly tells them apart
     DRY, {"viscous_friction", "quadratic_drag", "asymmetric_friction"}, {"linear_spring", "cubic_spring"},
     {"input_saturation", "input_dead_zone", "backlash"}, {"input_gain", "added_inertia"},
     {"joint_elasticity", "actuator_lag"}, {"joint_elasticity", "added_inertia"},
     {"joint_elasticity", "elastic_load"}, {"elastic_load", "added_inertia"},
-    {"counterbalance", "linear_spring"}, {"counterbalance", "cubic_spring"}, {"counterbalance", "cogging_torque"},
+    {"thermal_friction", "warming_friction"}, {"counterbalance", "linear_spring"}, {"counterbalance", "cubic_spring"}, {"counterbalance", "cogging_torque"},
 ]
 KINDS = ["coulomb_friction", "stribeck_friction", "load_dependent_friction", "viscous_friction", "quadratic_drag",
          "asymmetric_friction", "linear_spring", "cubic_spring", "constant_bias", "cogging_torque", "actuator_lag",
@@ -66,17 +70,25 @@ class Machine:
         self.effects = effects
         self.shaking = []  # torque from sample to sample
         self.time = 0.0
+        self.recording = ""
+        self.warming = (20.0, 0.0, 1.0)  # degrees Celsius at the start, how many more in the end, and within how many s
 
     def nominal(self):
         if self.pendulum:
             return {"length": self.length, "friction": self.friction, "mass": self.mass}
         return {"mass": self.mass, "friction": self.friction}
 
+    def temperature(self):
+        begin, more, within = self.warming
+        return begin + more * (1 - math.exp(-self.time / within))
+
     def input(self, u, play):
         """What the motor gives before its lag, and where the play is now."""
         e = self.effects
         if "input_gain" in e:
             u *= e["input_gain"]["gain"]
+        if "recording_gain" in e and e["recording_gain"]["recording"] == self.recording:
+            u *= e["recording_gain"]["gain"]
         if "backlash" in e:
             play = min(max(play, u - e["backlash"]["width"]), u + e["backlash"]["width"])
             u = play
@@ -107,6 +119,8 @@ class Machine:
                 f += p["amplitude"] * math.sin(p["order"] * q + p["phase"])
             elif name == "warming_friction":
                 f -= p["coefficient"] * math.exp(-self.time / p["time_constant"]) * v
+            elif name == "thermal_friction":
+                f -= p["coefficient"] * math.exp((20 - self.temperature()) / p["scale"]) * v
             elif name == "counterbalance":
                 f += balance(p, q)
         return f
@@ -241,6 +255,7 @@ def draw_effects(rng, count, torque, speed, span, family, having):
             "elastic_load": lambda: {"inertia": None, "frequency": rng.uniform(12, 50), "ratio": rng.uniform(0.03, 0.4)},
             "counterbalance": lambda: {"stiffness": 2 * s, "anchor": rng.uniform(1.3, 3), "rest": rng.uniform(0.1, 0.9), "centre": rng.uniform(-3, 3)},
             "warming_friction": lambda: {"coefficient": 2 * s / speed, "time_constant": rng.uniform(3, 15)},
+            "thermal_friction": lambda: {"coefficient": 2 * s / speed, "scale": rng.uniform(8, 30)},
             "load_stribeck_friction": lambda: (lambda k: {"k": k, "static": k * rng.uniform(1.4, 2.2), "velocity": rng.uniform(0.05, 0.2) * speed})(rng.uniform(0.05, 0.2)),
             "viscous_friction": lambda: {"coefficient": s / speed},
             "quadratic_drag": lambda: {"coefficient": s / speed ** 2},
@@ -254,6 +269,8 @@ def draw_effects(rng, count, torque, speed, span, family, having):
             "input_dead_zone": lambda: {"width": s},
             "backlash": lambda: {"width": s},
             "input_gain": lambda: {"gain": rng.choice([0.8, 0.9, 1.1, 1.2])},
+            "recording_gain": lambda: {"gain": rng.choice([0.8, 0.9, 1.1, 1.2]), "recording": "train1"},
+            "recording_offset": lambda: {"angle": rng.choice([-1, 1]) * rng.uniform(0.03, 0.15), "recording": rng.choice(["train1", "train2"])},
             "added_inertia": lambda: {"inertia": None},
         }[kind]()
     return effects
@@ -279,6 +296,9 @@ def sizes(machine, rows, seconds, rate, unit):
     start, command = (q0, (q1 - q0) * rate), lambda k, q, v: rows[k][2]
     machine_with, all_effects = machine.run(start, command, seconds, rate), machine.effects
     for name in all_effects:
+        if name == "recording_offset":
+            result[name] = abs(all_effects[name]["angle"]) / unit
+            continue
         machine.effects = {n: p for n, p in all_effects.items() if n != name}
         without = machine.run(start, command, seconds, rate)
         result[name] = math.sqrt(sum((a[1] - b[1]) ** 2 for a, b in zip(machine_with, without)) / len(without)) / unit
@@ -295,7 +315,7 @@ def draw(options):
 
 def draw_one(options, index, attempt):
     rng = random.Random(f"{options.seed} {options.family} {index} {attempt}")
-    machine = Machine(rng, {}, options.family, "counterbalance" in options.having)
+    machine = Machine(rng, {}, options.family, not {"counterbalance", "recording_offset"}.isdisjoint(options.having))
     torque = 0.6 * machine.gravity if machine.pendulum else machine.inertia * rng.uniform(1, 3)  # RMS
     speed, span = (2.0, 0.8) if machine.pendulum else (0.5, 0.3)
     machine.effects = draw_effects(rng, options.effects, torque, speed, span, options.family, options.having)
@@ -310,6 +330,7 @@ def draw_one(options, index, attempt):
     noise = 0.0 if options.family == "quantised" else options.noise * span
     folder = options.out / f"{options.family}_{index:02}"
     folder.mkdir(parents=True, exist_ok=True)
+    recorded = any(k in RECORDED for k in options.having + options.asking)
     names = ["train1", "held1"] if short else ["train1", "train2", "held1"]
     for name in names:
         start = (rng.uniform(-0.5, 0.5) * span, rng.uniform(-0.5, 0.5) * speed)
@@ -327,6 +348,9 @@ def draw_one(options, index, attempt):
         else:
             wave = sines(rng, torque, 0.1, 1.5)
             command = lambda k, q, v: wave(k / rate)
+        if recorded:  # each recording begins where the one before may have left it, or cooler
+            machine.warming = (rng.uniform(15, 35), rng.uniform(10, 25), rng.uniform(0.3, 1.0) * seconds)
+        machine.recording = name
         rows = machine.run(start, command, seconds, rate)
         count = 2 * math.pi / 4096 if machine.pendulum else 1e-4
         if name == "train1":
@@ -334,17 +358,21 @@ def draw_one(options, index, attempt):
             if min(size.values(), default=math.inf) < 10.0:
                 return False
         with open(folder / f"{name}.csv", "w") as file:
-            file.write("t,q,u\n")
+            file.write("t,q,u,T\n" if recorded else "t,q,u\n")
             for t, q, u in rows:
+                machine.time = t
                 seen = round(q / count) * count if options.family == "quantised" else q + noise * rng.gauss(0, 1)
-                file.write(f"{t:.6f},{seen:.9f},{u:.7f}\n")
+                if machine.effects.get("recording_offset", {}).get("recording") == name:
+                    seen += machine.effects["recording_offset"]["angle"]
+                celsius = f",{machine.temperature() + 0.1 * rng.gauss(0, 1):.1f}" if recorded else ""
+                file.write(f"{t:.6f},{seen:.9f},{u:.7f}{celsius}\n")
     held = [f"{n}.csv" for n in names if n.startswith("held")]
     train = [f"{n}.csv" for n in names if n.startswith("train")]
     asked = [k for k in ON_DEMAND if k in options.having + options.asking]
     parameters = ", ".join(f"{k}: {v:.9g}" for k, v in machine.nominal().items())
     (folder / "spec.yaml").write_text(
         f"name: {folder.name}\nmodel:\n  plant: {'pendulum' if machine.pendulum else 'mass'}\n"
-        f"  parameters: {{{parameters}}}\nsignals: {{time: t, position: [q], input: [u]}}\n"
+        f"  parameters: {{{parameters}}}\nsignals: {{time: t, position: [q], input: [u]{', temperature: T' if recorded else ''}}}\n"
         f"recordings: [{', '.join(train)}]\nheld_out: [{', '.join(held)}]\n"
         + (f"effects: [{', '.join(['usual', *asked])}]\n" if asked else ""))
     (folder / "truth.json").write_text(json.dumps({"effects": machine.effects, "noises": size}, indent=1) + "\n")
@@ -393,8 +421,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["draw", "score"])
     parser.add_argument("out", type=Path)
-    parser.add_argument("--having", action="append", default=[], choices=KINDS + ON_DEMAND)
-    parser.add_argument("--asking", action="append", default=[], choices=ON_DEMAND)
+    parser.add_argument("--having", action="append", default=[], choices=KINDS + ON_DEMAND + RECORDED)
+    parser.add_argument("--asking", action="append", default=[], choices=ON_DEMAND + RECORDED)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sets", type=int, default=6)
     parser.add_argument("--effects", type=int, default=4)

@@ -99,6 +99,21 @@ TEST_CASE("Units in names become scales", "[inspect]") {
   CHECK(guesses("t,x_cm,u").position[0].scale == 1e-2);
 }
 
+TEST_CASE("A temperature is no input, and needs none of its own for each joint", "[inspect]") {
+  const ColumnGuesses found = guesses("t,q1,q2,Motor temp [°F],u1,u2");
+  CHECK(columns(found.input) == "u1 u2");
+  REQUIRE(columns(found.temperature) == "Motor temp [°F]");
+  CHECK(50.0 * found.temperature[0].scale + found.temperature[0].offset == Approx(10.0));
+  CHECK(found.temperature[0].unit == "degC");
+  CHECK(columns(guesses("t,q1,q2,temp1,T2 [celsius],u1,u2").temperature) == "temp1 T2 [celsius]");
+  CHECK(guesses("t,q,u,w_k").temperature.empty());
+
+  const Folder folder;
+  const fs::path file = folder.path() / "a.csv";
+  write_file(file, csv("T [K],t,q,u", 0.01));
+  CHECK(starter(folder, {file}).signals.temperature.at(0).to_si()(300.0) == Approx(26.85));
+}
+
 TEST_CASE("A header that names no position or no input is refused with its columns", "[inspect]") {
   CHECK_THROWS_WITH(guesses("t,foo,bar"), Contains("x.csv:1") && Contains("position") && Contains("t, foo, bar"));
   CHECK_THROWS_WITH(guesses("t,q"), Contains("an input for each position"));
@@ -189,7 +204,7 @@ TEST_CASE("The starter of a diagnosis says which columns it leaves out", "[inspe
     write_file(folder.path() / "a.csv", csv(header));
     return diagnosis_starter({folder.path() / "a.csv"}, "", folder.path());
   };
-  CHECK_THAT(text("t,q,u,temp: a,note"), Contains("# left out, the recording has them too: \"temp: a\", note\n"));
+  CHECK_THAT(text("t,q,u,fan: a,note"), Contains("# left out, the recording has them too: \"fan: a\", note\n"));
   CHECK_THAT(text("t,q,u"), !Contains("left out"));
 }
 

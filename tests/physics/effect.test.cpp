@@ -54,7 +54,7 @@ TEST_CASE("The catalogue holds every effect of the contract once, with a sentenc
               r.sensor ==
           1);
   });
-  CHECK(names.size() == 31);
+  CHECK(names.size() == 34);
 }
 
 TEST_CASE("Dry friction brings a slide to rest after v^2 / (2 level/m), between two samples, and holds it there",

@@ -20,6 +20,14 @@ E drawn_effect(double strength) {
   return E::drawn(uniform, DrawScales{strength, 2.0, 2.5, 1.0, 3.0, 4.0});
 }
 
+/// Of all seven joints that a machine may have, from 25 to 45 degrees Celsius within 6 s.
+inline RecordedTemperature warming() {
+  Temperature rising{{0.0, 6.0}, Eigen::MatrixXd(2, kMaxJoints)};
+  rising.celsius.row(0).setConstant(25.0);
+  rising.celsius.row(1).setConstant(45.0);
+  return std::make_shared<const Temperature>(std::move(rising));
+}
+
 /// How any machine is to be recorded.
 struct Recipe {
   double seconds = 6.0;
@@ -66,6 +74,7 @@ inline Recorded recorded(const Machine& machine, const Recipe& recipe) {
   }
   Recorded result{{"test", {}, q(kept, Eigen::all), input(kept, Eigen::all), 0.0, false}, {}};
   for (const Eigen::Index k : kept) result.data.time.push_back(time[static_cast<std::size_t>(k)]);
+  result.data.temperature = machine.temperature();
   result.truth.position = states(kept, Eigen::all).leftCols(n);
   result.truth.velocity = states(kept, Eigen::all).rightCols(n);
   result.truth.missing_torque = result.truth.torque_sd = Eigen::MatrixXd::Zero(result.truth.position.rows(), n);
@@ -100,7 +109,7 @@ class Linearised {
     fit.plant = problem.nominal;
     fit.effects = std::move(effects);
     fit.unknowns = list_unknowns(fit.plant, problem.given, fit.effects, problem.free, data, paths);
-    const std::vector<Machine> list = machines(fit.plant, fit.effects, data.size());
+    const std::vector<Machine> list = machines(fit.plant, fit.effects, data);
     for (const Segment& window : response.windows()) {
       fit.initial_states.push_back(initial_guess(window, paths[window.recording], list[window.recording]));
     }

@@ -80,6 +80,10 @@ Doubt time_unit(const Subject& subject) {
             for (Measured& m : scene.data) {
               for (double& t : m.time) t *= value;
               m.start *= value;
+              if (!m.temperature) continue;
+              Temperature then = *m.temperature;
+              for (double& t : then.time) t *= value;
+              m.temperature = std::make_shared<const Temperature>(std::move(then));
             }
             return true;
           },

@@ -201,7 +201,7 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
   current.effects = std::move(effects);
   current.unknowns =
       list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data, problem.forcing.paths());
-  const std::vector<Machine> list = machines(current.plant, current.effects, problem.data.size());
+  const std::vector<Machine> list = machines(current.plant, current.effects, problem.data);
   for (const Segment& window : problem.response.windows()) {
     const std::size_t r = window.recording;
     current.initial_states.push_back(initial_guess(window, problem.forcing.paths()[r], list[r]));

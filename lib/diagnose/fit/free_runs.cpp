@@ -29,13 +29,8 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
   FreeRuns result;
   const int n = joints(model.plant);
   std::vector<Effect> effects = model.effects;
-  if (new_recordings) {
-    for (Effect& effect : effects) effect.recording = -1;
-  }
-  std::vector<Machine> list;
-  for (const Machine& machine : machines(model.plant, effects, data.size())) {
-    list.emplace_back(model.plant, machine.effects(), model.remainder);
-  }
+  if (new_recordings) effects = in_new_recordings(std::move(effects));
+  const std::vector<Machine> list = machines(model.plant, effects, data, model.remainder);
   std::vector<std::vector<Drive>> drives;
   for (std::size_t r = 0; r < data.size(); ++r) {
     drives.push_back(drives_of(list[r], data[r]));

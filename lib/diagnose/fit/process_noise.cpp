@@ -13,17 +13,14 @@ namespace bayesctrl {
 namespace {
 
 /// The motion of a machine whose sensors show the measured one.
-std::vector<Trajectory> unmeasured(const Machine& machine, const std::vector<Trajectory>& measured) {
+Trajectory unmeasured(const Machine& machine, Trajectory path) {
   const JointVector none = machine.measured(JointVector::Zero(machine.joints())), scale = machine.measured_scale();
-  std::vector<Trajectory> result = measured;
-  for (Trajectory& path : result) {
-    for (Eigen::Index j = 0; j < scale.size(); ++j) {
-      path.position.col(j) = ((path.position.col(j).array() - none[j]) / scale[j]).matrix();
-      path.velocity.col(j) /= scale[j];
-      path.velocity_sd.col(j) /= scale[j];
-    }
+  for (Eigen::Index j = 0; j < scale.size(); ++j) {
+    path.position.col(j) = ((path.position.col(j).array() - none[j]) / scale[j]).matrix();
+    path.velocity.col(j) /= scale[j];
+    path.velocity_sd.col(j) /= scale[j];
   }
-  return result;
+  return path;
 }
 
 /// Those that move the machine, and not only what is shown of it.
@@ -41,9 +38,11 @@ class AlongMotion {
   AlongMotion(const FitProblem& problem, const Fit& fit)
       : problem_(problem), fit_(fit), scale_(JointVector::Ones(joints(fit.plant))), unseen_(unseen(fit.effects)) {
     if (unseen_.size() < fit.effects.size()) {
-      const Machine machine(fit.plant, fit.effects);
-      scale_ = machine.measured_scale();
-      paths_ = unmeasured(machine, problem.forcing.paths());
+      const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data);
+      scale_ = list.front().measured_scale();  // the same in all recordings
+      for (std::size_t r = 0; r < list.size(); ++r) {
+        paths_.push_back(unmeasured(list[r], problem.forcing.paths()[r]));
+      }
       behind_.emplace(problem.forcing.plant(), problem.data, paths_);
     }
     for (std::size_t r = 0; r < problem.data.size(); ++r) added_.push_back(forcing().added(fit.plant, unseen_, r));

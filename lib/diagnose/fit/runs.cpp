@@ -7,7 +7,7 @@
 namespace bayesctrl {
 
 Runs::Runs(const FitProblem& problem, const Fit& fit)
-    : problem_(problem), joints_(joints(fit.plant)), machines_(machines(fit.plant, fit.effects, problem.data.size())) {
+    : problem_(problem), joints_(joints(fit.plant)), machines_(machines(fit.plant, fit.effects, problem.data)) {
   const std::vector<Segment>& windows = problem.response.windows();
   std::vector<JointVector> plays(problem.data.size());
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {

@@ -150,14 +150,11 @@ SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentSt
   return best;
 }
 
-std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings) {
+std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, const std::vector<Measured>& data,
+                              const Remainder& remainder) {
   std::vector<Machine> list;
-  for (std::size_t r = 0; r < recordings; ++r) {
-    std::vector<Effect> here;
-    for (const Effect& effect : effects) {
-      if (effect.recording < 0 || static_cast<std::size_t>(effect.recording) == r) here.push_back(effect);
-    }
-    list.emplace_back(plant, std::move(here));
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    list.emplace_back(plant, acting_in(effects, r), remainder, data[r].temperature);
   }
   return list;
 }

@@ -58,7 +58,8 @@ SegmentState within(SegmentState start, const SegmentState& reach);
 SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& residual);
 
 /// Machines of a plant with effects, one per recording.
-std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, std::size_t recordings);
+std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, const std::vector<Measured>& data,
+                              const Remainder& remainder = {});
 
 /// The input of each joint as a machine feels it during one recording, from plays that stand so at its beginning.
 /// `samples`: of its beginning alone; 0: all.

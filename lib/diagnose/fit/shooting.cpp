@@ -75,7 +75,7 @@ bool recover(const FitProblem& problem, Fit& fit) {
   }
   if (astray.empty() || std::size_t{kSettings.fit.one_astray_of} * astray.size() > windows.size()) return false;
   const Runs runs(problem, fit);
-  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data.size());
+  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data);
   const Eigen::Index states = 2 * joints(fit.plant);
   const double before = fit.sse;
   for (const std::size_t w : astray) {

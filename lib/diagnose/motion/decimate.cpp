@@ -107,7 +107,8 @@ std::optional<Thin> thin_stretch(const Measured& m, const Segment& stretch, std:
 
 /// A recording that holds one stretch, thinned out.
 Measured recording_of(const Measured& m, const Thin& thin) {
-  Measured less{m.name, {}, {}, thin.input, m.start, m.linear_hold};
+  Measured less = m.emptied();
+  less.input = thin.input;
   less.position.resize(thin.input.rows(), m.position.cols());
   for (std::size_t i = 0; i < thin.kept.size(); ++i) {
     less.time.push_back(m.time[thin.kept[i]]);
@@ -260,7 +261,7 @@ struct Thinned {
 
 std::optional<Thinned> thinned_by(const Plant& nominal, const Measured& m, std::size_t r, std::size_t factor, Keep keep,
                                   const Eigen::VectorXd& noise) {
-  Measured all{m.name, {}, {}, {}, m.start, m.linear_hold};
+  Measured all = m.emptied();
   FineInput fine;
   Shown sum;
   double samples = 0.0;

@@ -80,6 +80,10 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
           p.motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
         }
+        if (m.temperature) {
+          p.temperature.resize(joints_);
+          for (int j = 0; j < joints_; ++j) p.temperature[j] = m.temperature->at(j, p.time);
+        }
         list.push_back(std::move(p));
       }
     }
@@ -98,7 +102,8 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
 /// What a joint's torques depend on; springs `beside` load it.
 JointState Forcing::seen(const Point& p, int j, const std::vector<Effect>& beside) const {
   const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
-  return {p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)]};
+  const double temperature = p.temperature.size() > 0 ? p.temperature[j] : kReferenceTemperature;
+  return {p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)], 0.0, temperature};
 }
 
 Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recording,
@@ -106,7 +111,7 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
   const Measured& m = data_[recording];
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
-  if (effect.recording >= 0 && static_cast<std::size_t>(effect.recording) != recording) return result;
+  if (!effect.acts_in(recording)) return result;
   const int j = effect.joint;
   const std::size_t steps = m.samples() - 1;
 
@@ -191,6 +196,7 @@ Eigen::MatrixXd Forcing::acceleration(const std::vector<Effect>& effects, std::s
   std::array<std::vector<Effect>, kMaxJoints> on_input;
   for (const Effect& effect : effects) {
     if (channel(effect.form) == "input") {
+      if (!effect.acts_in(recording)) continue;
       on_input[static_cast<std::size_t>(effect.joint)].push_back({effect.form, effect.joint, -1});
     } else {
       result += acceleration(effect, recording, effects);
@@ -206,7 +212,7 @@ Eigen::MatrixXd Forcing::acceleration(const std::vector<Effect>& effects, std::s
 Eigen::MatrixXd Forcing::measured(const Effect& effect, std::size_t recording) const {
   const Trajectory& path = paths_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(path.position.rows(), path.position.cols());
-  for (Eigen::Index k = 0; k < result.rows(); ++k) {
+  for (Eigen::Index k = 0; k < result.rows() && effect.acts_in(recording); ++k) {
     const double q = path.position(k, effect.joint);
     result(k, effect.joint) = effect.form.measured(q) - q;
   }
@@ -304,6 +310,8 @@ OperatingRange operating_range(const std::vector<Measured>& data, const std::vec
   OperatingRange result;
   result.lowest = kInfinity;
   result.highest = -kInfinity;
+  result.coldest = kInfinity;
+  result.warmest = -kInfinity;
   result.period = shortest_sample_period(data);
   result.joints = static_cast<int>(data.front().position.cols());
   for (std::size_t r = 0; r < data.size(); ++r) {
@@ -313,6 +321,10 @@ OperatingRange operating_range(const std::vector<Measured>& data, const std::vec
     result.speed = std::max(result.speed, paths[r].velocity.col(joint).cwiseAbs().maxCoeff());
     result.input = std::max(result.input, data[r].input.col(joint).cwiseAbs().maxCoeff());
     result.durations.push_back(data[r].time.back());
+    if (!data[r].temperature) continue;
+    const auto celsius = data[r].temperature->celsius.col(joint);
+    result.coldest = std::min(result.coldest, celsius.minCoeff());
+    result.warmest = std::max(result.warmest, celsius.maxCoeff());
   }
   return result;
 }

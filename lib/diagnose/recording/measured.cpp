@@ -146,7 +146,7 @@ std::vector<Measured> excerpts(const std::vector<Measured>& data, double seconds
       }
       passed += m.time[stretch.last] - m.time[stretch.first];
     }
-    Measured& less = result.emplace_back(Measured{m.name, {}, {}, {}, m.start, m.linear_hold});
+    Measured& less = result.emplace_back(m.emptied());
     for (const Eigen::Index k : kept) less.time.push_back(m.time[static_cast<std::size_t>(k)]);
     less.position = m.position(kept, Eigen::all);
     less.input = m.input(kept, Eigen::all);

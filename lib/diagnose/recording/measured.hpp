@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/machine/drive.hpp"
+#include "physics/temperature.hpp"
 
 namespace bayesctrl {
 
@@ -19,8 +20,12 @@ struct Measured {
   bool linear_hold = false;                 // the input runs straight from sample to sample instead of being held
   std::shared_ptr<const FineInput> fine{};  // the inputs of which `input` is the sum, where samples were left out
   std::size_t left_out = 0;                 // rows of the file that were too many to be read, between its pieces
+  RecordedTemperature temperature{};
 
   std::size_t samples() const { return time.size(); }
+
+  /// Without samples yet: for some of them.
+  Measured emptied() const { return {name, {}, {}, {}, start, linear_hold, {}, 0, temperature}; }
 };
 
 /// Samples [first, last] without a gap.

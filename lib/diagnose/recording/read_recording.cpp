@@ -42,6 +42,7 @@ Wanted wanted_of(const RecordingFile& file, const Signals& signals) {
     turns |= signal.unwrap;
   }
   for (const InputSignal& signal : signals.input) wanted.columns.push_back(signal.column);
+  for (const Signal& signal : signals.temperature) wanted.columns.push_back(signal.column);
   if (!turns) {
     wanted.numbers = kSettings.recording.numbers;
     wanted.pieces = kSettings.recording.pieces;
@@ -77,6 +78,62 @@ std::vector<double> values_of(const DataTable& table, const Signal& signal, cons
   return values;
 }
 
+constexpr double kTemperatureWindow = 0.5;  // s to either side, over which a temperature is averaged
+
+/// Sensors of temperature are coarse and noisy, machines warm slowly: the mean about each sample over a window that is
+/// as long before as after it.
+Temperature averaged(const Temperature& seen) {
+  Temperature result = seen;
+  const auto count = static_cast<std::size_t>(seen.celsius.rows());
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(seen.celsius.rows() + 1, seen.celsius.cols());
+  for (Eigen::Index i = 0; i < seen.celsius.rows(); ++i) sums.row(i + 1) = sums.row(i) + seen.celsius.row(i);
+  std::size_t half = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto within = [&](std::size_t reach) {
+      return reach <= i && i + reach < count && seen.time[i] - seen.time[i - reach] <= kTemperatureWindow &&
+             seen.time[i + reach] - seen.time[i] <= kTemperatureWindow;
+    };
+    while (!within(half)) --half;
+    while (within(half + 1)) ++half;
+    const auto first = static_cast<Eigen::Index>(i - half), last = static_cast<Eigen::Index>(i + half);
+    result.celsius.row(static_cast<Eigen::Index>(i)) =
+        (sums.row(last + 1) - sums.row(first)) / static_cast<double>(last + 1 - first);
+  }
+  return result;
+}
+
+/// In the rows that are `kept` and have it, of every joint; `start`: of the time.
+RecordedTemperature temperature_of(const DataTable& table, const Signals& signals, const std::string& file,
+                                   const std::vector<double>& time, const std::vector<std::size_t>& kept,
+                                   double start) {
+  if (signals.temperature.empty()) return {};
+  std::vector<const std::vector<double>*> columns;
+  for (const Signal& signal : signals.temperature) {
+    columns.push_back(&table.columns[column_of(table, signal, file)]);
+    if (columns.back()->size() != time.size()) throw DataError({file}, "the signals differ in length");
+  }
+  Temperature result;
+  std::vector<std::size_t> rows;
+  for (const std::size_t row : kept) {
+    const bool known = std::ranges::all_of(columns, [&](const auto* column) { return std::isfinite((*column)[row]); });
+    if (!known) continue;
+    rows.push_back(row);
+    result.time.push_back(time[row] - start);
+  }
+  if (rows.empty()) {
+    throw DataError({file}, "column '" + shown(signals.temperature.front().column) + "' has no number in it");
+  }
+  result.celsius.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(signals.position.size()));
+  for (Eigen::Index j = 0; j < result.celsius.cols(); ++j) {
+    const std::size_t signal = columns.size() == 1 ? 0 : static_cast<std::size_t>(j);
+    const auto in_celsius = signals.temperature[signal].to_si();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      result.celsius(static_cast<Eigen::Index>(i), j) = in_celsius((*columns[signal])[rows[i]]);
+    }
+  }
+  return std::make_shared<const Temperature>(averaged(result));
+}
+
 }  // namespace
 
 Measured read_recording(const RecordingFile& file, const Signals& signals) {
@@ -105,6 +162,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     input.push_back(values_of(table, signal, path, wanted));
     result.linear_hold |= signal.hold == Hold::linear;
   }
+  for (const Signal& signal : signals.temperature) column_of(table, signal, path);
   for (const auto* list : {&position, &input}) {
     for (const std::vector<double>& values : *list) {
       if (values.size() != rows || time.size() != rows) throw DataError({path}, "the signals differ in length");
@@ -145,6 +203,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
       result.input(i, j) = input[static_cast<std::size_t>(j)][row];
     }
   }
+  result.temperature = temperature_of(table, signals, path, time, kept, result.start);
   return result;
 }
 

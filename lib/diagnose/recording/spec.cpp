@@ -38,6 +38,24 @@ bool overlap(const RecordingFile& a, const RecordingFile& b) {
          b.from.value_or(-kInfinity) < a.to.value_or(kInfinity);
 }
 
+/// Effects that depend on the temperature are usual where it is recorded, and cannot be looked for where it is not.
+void settle_temperature(DiagnosisSpec& spec, const Node& root) {
+  const Node::Entry* named = root.find("effects");
+  const auto item = [&](std::string_view word) {
+    return std::ranges::find(named->value.items, word, [](const Node& node) { return node.text; });
+  };
+  const bool recorded = !spec.signals.temperature.empty();
+  const bool usual = named == nullptr || item("usual") != named->value.items.end();
+  for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
+    const EffectLaw& law = *catalogue()[kind];
+    if (!law.roles.feels_temperature) continue;
+    const bool listed = std::ranges::find(spec.effects, kind) != spec.effects.end();
+    if (listed && !recorded)
+      throw SpecError(item(law.name)->where, std::string(law.name) + " needs signals.temperature");
+    if (!listed && recorded && usual) spec.effects.push_back(kind);
+  }
+}
+
 /// What `effects` may list: names of the catalogue, and behind them `usual` for those that need not be asked for.
 std::vector<std::string_view> words_for_effects() {
   std::vector<std::string_view> words = effect_names();
@@ -85,6 +103,9 @@ void read_value(const Node& node, Signals& signals) {
   }
   if (!signals.velocity.empty() && signals.velocity.size() != joints) {
     throw SpecError(at("velocity"), "velocity needs one column per joint, " + std::to_string(joints));
+  }
+  if (signals.temperature.size() > 1 && signals.temperature.size() != joints) {
+    throw SpecError(at("temperature"), "temperature needs one column, or one per joint, " + std::to_string(joints));
   }
 }
 
@@ -172,6 +193,7 @@ DiagnosisSpec read_diagnosis_spec(const Node& root) {
   auto spec = read<DiagnosisSpec>(root);
   const Node::Entry* horizon = root.find("horizon_s");
   spec.horizon_at = horizon != nullptr ? horizon->value.where : root.where;
+  settle_temperature(spec, root);
   const fs::path folder = fs::path(root.where.file).parent_path();
   resolve(spec.recordings, folder);
   resolve(spec.held_out, folder);

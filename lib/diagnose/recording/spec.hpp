@@ -44,8 +44,10 @@ struct Signal {
   /// What turns numbers of the column into SI units.
   auto to_si() const {
     const Unit* known = find_unit(unit);
-    const double in_unit = known != nullptr ? known->scale : 1.0;
-    return [scale = scale, offset = offset, in_unit](double value) { return (value * scale + offset) * in_unit; };
+    const double in_unit = known != nullptr ? known->scale : 1.0, zero = known != nullptr ? known->offset : 0.0;
+    return [scale = scale, offset = offset, in_unit, zero](double value) {
+      return (value * scale + offset) * in_unit + zero;
+    };
   }
 };
 
@@ -76,12 +78,15 @@ struct Signals {
   std::vector<PositionSignal> position;
   std::vector<Signal> velocity;
   std::vector<InputSignal> input;
+  std::vector<Signal> temperature;
 
   static void fields(auto& self, auto&& field) {
     field("time", self.time, {.text = "a column, or {rate: samples per second}", .required = true});
     field("position", self.position, {.text = "a column, or one per joint", .required = true});
     field("velocity", self.velocity, {.text = "a column, or one per joint; not needed"});
     field("input", self.input, {.text = "a column, or one per joint", .required = true});
+    field("temperature", self.temperature,
+          {.text = "a column, or one per joint; not needed. Rows in which it is missing are passed over"});
   }
 };
 

@@ -43,7 +43,11 @@ constexpr Unit kUnits[] = {{"rad", 1.0, "rad"},
                            {"V", 1.0, "V"},
                            {"mV", 1e-3, "V"},
                            {"A", 1.0, "A"},
-                           {"mA", 1e-3, "A"}};
+                           {"mA", 1e-3, "A"},
+                           {"degC", 1.0, "degC"},
+                           {"celsius", 1.0, "degC"},
+                           {"degF", 5.0 / 9.0, "degC", -160.0 / 9.0},
+                           {"K", 1.0, "degC", -273.15}};
 
 /// Without blanks and signs of multiplication; the degree sign and the micro sign, in UTF-8 or Latin-1, in letters.
 std::string plain(std::string_view text) {

@@ -8,8 +8,9 @@ namespace bayesctrl {
 /// A unit in which numbers of a recording may be.
 struct Unit {
   std::string_view name;  // without blanks
-  double scale;           // to SI
+  double scale;           // to SI; degrees Celsius
   std::string_view si;
+  double offset = 0.0;  // added after scale
 };
 
 /// "N m", "Nm", "N·m" and "mN*m" are known, "deg" and "°" are the same; null for what is none. In

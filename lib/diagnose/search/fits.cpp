@@ -13,12 +13,16 @@ namespace bayesctrl {
 namespace {
 
 /// Starts of windows for a set from those of a fit: the same is shown by other sensors.
-std::vector<SegmentState> starts_for(const std::vector<Effect>& effects, const Fit& fit) {
-  const Machine from(fit.plant, fit.effects), to(fit.plant, effects);
+std::vector<SegmentState> starts_for(const std::vector<Effect>& effects, const Fit& fit, const FitProblem& problem) {
+  const std::vector<Machine> before = machines(fit.plant, fit.effects, problem.data),
+                             after = machines(fit.plant, effects, problem.data);
   std::vector<SegmentState> starts = fit.initial_states;
-  const Eigen::Index n = from.joints();
-  const JointVector none = JointVector::Zero(n), scale = from.measured_scale(), other = to.measured_scale();
-  for (SegmentState& start : starts) {
+  for (std::size_t w = 0; w < starts.size(); ++w) {
+    SegmentState& start = starts[w];
+    const std::size_t r = problem.response.windows()[w].recording;
+    const Machine &from = before[r], &to = after[r];
+    const Eigen::Index n = from.joints();
+    const JointVector none = JointVector::Zero(n), scale = from.measured_scale(), other = to.measured_scale();
     start.head(n) = (from.measured(start.head(n)) - to.measured(none)).cwiseQuotient(other);
     start.segment(n, n) = start.segment(n, n).cwiseProduct(scale).cwiseQuotient(other).eval();
   }
@@ -170,7 +174,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
   const std::optional<Gap> open = gap(of, effects);
   if (!open || known->sse < kSettings.search.stuck * (open->least_squares() + 2.0 * kSettings.search.nested))
     return false;
-  return improve(open->filled({}), starts_for(effects, of), true);
+  return improve(open->filled({}), starts_for(effects, of, problem()), true);
 }
 
 /// Adds a set that another one contains. Where that one explains most the set begins there, with the numbers that the
@@ -179,7 +183,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
   if (explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
-    const std::vector<SegmentState> starts = starts_for(effects, of);
+    const std::vector<SegmentState> starts = starts_for(effects, of, problem());
     if (const std::optional<Gap> open = gap(of, effects)) moved = open->filled({});
     try {
       Fit seen = glance(problem(), begin_with(effects, moved, starts));
@@ -232,7 +236,7 @@ void Fits::refine() {
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
         if (list[k].sse > known - kSettings.search.convergence) continue;
         known = list[k].sse;
-        for (const std::vector<Effect>& start : starts) again |= improve(start, starts_for(start, list[k]));
+        for (const std::vector<Effect>& start : starts) again |= improve(start, starts_for(start, list[k], problem()));
       }
     }
   }

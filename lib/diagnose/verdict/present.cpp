@@ -121,6 +121,7 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
   ordered_json plant = json_value(Model{model.plant, {}, model.remainder, uncertainty});
   ordered_json effects = ordered_json::array();
   for (std::size_t e = 0; e < model.effects.size(); ++e) {
+    if (model.effects[e].form.roles().of_one_recording) continue;  // no part of the machine
     ordered_json effect{{"type", name_of(model.effects[e].form)}, {"joint", model.effects[e].joint + 1}};
     ordered_json deviations = ordered_json::object();
     for (const auto& [name, value, info] : parameters(model.effects[e].form)) {

@@ -47,8 +47,7 @@ std::vector<Input> family(double amplitude) {
 /// Measured positions under an input, from a start near rest that `moved` displaces.
 Eigen::VectorXd simulate(const Plant& plant, std::vector<Effect> effects, const Input& input, int joint, int joints,
                          const StateVector& moved) {
-  for (Effect& effect : effects) effect.recording = -1;
-  const Machine machine(plant, effects);
+  const Machine machine(plant, in_new_recordings(std::move(effects)));
   std::vector<double> time;
   Eigen::MatrixXd u = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(input.values.size()), joints);
   for (std::size_t k = 0; k < input.values.size(); ++k) {

@@ -53,6 +53,7 @@ std::string in_words(const Named<Estimate>& parameters) {
 std::string in_words(const Diagnosis& d, const ExplainedEffect& effect, bool with_share) {
   std::string text = in_words(effect.name) + or_alike(d, effect), in_brackets;
   if (d.joints > 1) text += " in joint " + std::to_string(effect.joint);
+  if (effect.recording) text += " of " + *effect.recording;
   if (!effect.parameters.items.empty()) in_brackets = in_words(effect.parameters);
   if (with_share && effect.share) {
     in_brackets += (in_brackets.empty() ? "" : ", ") + share_text(*effect.share) + " of the error";

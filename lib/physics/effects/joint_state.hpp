@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/fields.hpp"
+#include "physics/temperature.hpp"
 
 namespace bayesctrl {
 
@@ -22,6 +23,7 @@ struct JointState {
   double external_torque = 0.0;  // tau_ext: gravity and springs, along the joint
   double neighbour = 0.0;        // position of the joint that this one is coupled to
   double mobility = 0.0;         // 1/inertia of the joint, where an effect that swings against it is asked for its rate
+  double temperature = kReferenceTemperature;
 };
 
 /// The joint that one of several is coupled to: the next or, for the last, the one before.
@@ -32,12 +34,16 @@ std::vector<double> multiples(double step, double highest);
 
 /// The region that recordings visit in one joint: where the parameters of an effect can be looked for.
 struct OperatingRange {
-  double lowest = 0.0, highest = 0.0;  // position
-  double speed = 0.0;                  // largest |velocity|
-  double input = 0.0;                  // largest |u|
-  double period = 0.01;                // s between samples
-  std::vector<double> durations;       // s, of each recording
-  int joints = 1;                      // of the machine
+  double lowest = 0.0, highest = 0.0;                // position
+  double speed = 0.0;                                // largest |velocity|
+  double input = 0.0;                                // largest |u|
+  double period = 0.01;                              // s between samples
+  std::vector<double> durations;                     // s, of each recording
+  int joints = 1;                                    // of the machine
+  double coldest = kInfinity, warmest = -kInfinity;  // degrees Celsius, where that is recorded
+
+  /// Of which one may differ from the others; 0: there is one.
+  int recordings() const { return durations.size() > 1 ? static_cast<int>(durations.size()) : 0; }
 
   /// Frequencies (rad/s) that are worth trying between 2 `step` and `highest`: the multiples of `step`, or where these
   /// are too many the strongest in what is missing.

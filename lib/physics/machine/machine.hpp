@@ -9,6 +9,7 @@
 #include "physics/effect.hpp"
 #include "physics/machine/drive.hpp"
 #include "physics/plant.hpp"
+#include "physics/temperature.hpp"
 
 namespace bayesctrl {
 
@@ -24,11 +25,14 @@ struct HiddenStates {
 /// friction holds. They are cut where a joint meets or leaves a stop too, and are as short as a stop is stiff.
 class Machine {
  public:
-  Machine(const Plant& plant, std::vector<Effect> effects, Remainder remainder = {});
+  /// `temperature`: during the recording that it is to repeat.
+  Machine(const Plant& plant, std::vector<Effect> effects, Remainder remainder = {},
+          RecordedTemperature temperature = {});
 
   int joints() const { return joints_; }
   const std::vector<Effect>& effects() const { return effects_; }
   const Remainder& remainder() const { return remainder_; }
+  const RecordedTemperature& temperature() const { return temperature_; }  // none where no effect depends on it
 
   /// Drives of all joints for one recording or its beginning; `input`: samples x joints. `plays`: where those of the
   /// joints begin (Drive); none: at rest.
@@ -124,6 +128,7 @@ class Machine {
   std::vector<Effect> effects_;
   Remainder remainder_;
   RemainderSum remainder_sum_;
+  RecordedTemperature temperature_;
   int joints_ = 1;
   std::array<bool, kMaxJoints> dry_{};  // joints with dry friction
   JointSlots added_inertia_;            // per joint

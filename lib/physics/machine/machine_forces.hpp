@@ -43,7 +43,9 @@ JointState Machine::seen(int joint, const StateOf<kJoints>& state, double t, con
           t,
           on_bearings.motor[joint],
           on_bearings.external[joint],
-          state.q[neighbour_of(joint, kJoints)]};
+          state.q[neighbour_of(joint, kJoints)],
+          0.0,
+          temperature_ ? temperature_->at(joint, t) : kReferenceTemperature};
 }
 
 /// The load, where a hidden state asks for it.

@@ -233,8 +233,10 @@ const parameters = () => {
         "Parameters of the effects", ["effect", "joint", ...columns, "in words"],
         effects.flatMap(
             e => Object.entries(e.parameters)
-                     .map(([name,
-                            p]) => [words(e.name), e.joint, words(name), p.value, interval(p.sd), p.unit, e.text]))));
+                     .map(
+                         ([name, p]) =>
+                             [words(e.name), e.joint, words(name), p.value, interval(p.sd), p.unit,
+                              e.text + (e.recording ? `, in ${file(e.recording)}` : "")]))));
   }
   if (nominal.length) {
     part.append(table(

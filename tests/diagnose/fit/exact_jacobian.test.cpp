@@ -41,7 +41,8 @@ TEST_CASE("For every effect in an arm the exact Jacobian is that of differences 
   for_each_effect([&]<class E>(const E&) {
     const std::vector<Effect> effects{{testing::drawn_effect<E>(0.1), 1, -1}};
     INFO(E::kName);
-    const Linearised about(TwoLinkArm{}, {recorded(Machine(TwoLinkArm{}, effects), {.seconds = 2.4})}, 1e-3, 1.2);
+    const Linearised about(
+        TwoLinkArm{}, {recorded(Machine(TwoLinkArm{}, effects, {}, testing::warming()), {.seconds = 2.4})}, 1e-3, 1.2);
     // It begins at rest, where friction that is so much stronger there has a kink by the velocity: differences to one
     // side and to both are not one.
     check_against_differences(about, about.at_truth(effects), std::is_same_v<E, LoadStribeckFriction> ? 0.02 : 0.01);

@@ -141,7 +141,8 @@ TEST_CASE("What the sensor shows otherwise is what initial states cannot hide", 
 TEST_CASE("For every faint effect in an arm the linear response gives nearly the exact Jacobian", "[diagnose][fit]") {
   for_each_effect([&]<class E>(const E&) {
     const std::vector<Effect> effects{{testing::drawn_effect<E>(0.02), 1, -1}};
-    const Linearised about(TwoLinkArm{}, {recorded(Machine(TwoLinkArm{}, effects), {.seconds = 4.0})}, 1e-3);
+    const Linearised about(TwoLinkArm{},
+                           {recorded(Machine(TwoLinkArm{}, effects, {}, testing::warming()), {.seconds = 4.0})}, 1e-3);
     const Fit fit = about.at_truth(effects);
     Eigen::MatrixXd linear = linear_jacobian(about.problem, fit);
     Eigen::MatrixXd exact = ExactJacobian(about.problem, fit, linear).jacobian();

@@ -182,7 +182,7 @@ TEST_CASE("Of an initial state lags and plays are known a priori: within the ran
 
 TEST_CASE("Each recording's machine has the effects that act in it", "[diagnose][fit]") {
   const Effect always{ViscousFriction{}, 0, -1}, first{TorqueStep{}, 0, 0}, third{ConstantBias{}, 0, 2};
-  const std::vector<Machine> list = machines(Pendulum{}, {third, always, first}, 3);
+  const std::vector<Machine> list = machines(Pendulum{}, {third, always, first}, std::vector<Measured>(3));
   REQUIRE(list.size() == 3);
   CHECK(list[0].effects() == std::vector<Effect>{always, first});
   CHECK(list[1].effects() == std::vector<Effect>{always});

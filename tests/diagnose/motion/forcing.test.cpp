@@ -9,6 +9,7 @@
 #include "physics/parameters.hpp"
 #include "support/compare.hpp"
 #include "support/families.hpp"
+#include "support/linearised.hpp"
 
 using namespace bayesctrl;
 using testing::largest_difference;
@@ -42,6 +43,7 @@ struct Swings {
         for (int j = 0; j < joints; ++j) m.input(k, j) = 2.0 * std::sin(1.7 * t + j) + std::cos(5.3 * t);
       }
       m.position = path.position;
+      m.temperature = testing::warming();
       path.velocity_sd = Eigen::MatrixXd::Constant(samples, joints, kSpeedDeviation);
     }
   }
@@ -58,8 +60,14 @@ struct Swings {
   JointState seen(std::size_t r, int j, std::size_t k, double t) const {
     const JointVector q = swing(t, static_cast<double>(r)).head(joints);
     const JointVector v = swing_rate(t, static_cast<double>(r)).head(joints);
-    return {
-        q[j], v[j], t, data[r].input(static_cast<Eigen::Index>(k), j), external_torque(plant, q)[j], q[joints - 1 - j]};
+    return {q[j],
+            v[j],
+            t,
+            data[r].input(static_cast<Eigen::Index>(k), j),
+            external_torque(plant, q)[j],
+            q[joints - 1 - j],
+            0.0,
+            data[r].temperature->at(j, t)};
   }
 
   /// Mean over each step of what a torque in one joint accelerates, from `kFine` points within it.

@@ -63,6 +63,52 @@ TEST_CASE("A signal may be given by the number of its column, unless a column is
   }
 }
 
+TEST_CASE("A temperature is read in degrees Celsius, of one joint or of all, where it is there", "[diagnose]") {
+  std::string csv = "t,q,p,u,w,T,hot,none\n";
+  for (int k = 0; k < 20; ++k) {
+    csv += std::to_string(2 + k) + ",0,0,0,0," + (k % 5 == 2 ? std::to_string(68 + 9 * k) : "") + "," +
+           std::to_string(300 + k) + ",\n";
+  }
+  Signals signals = example_signals();
+  signals.position.emplace_back(PositionSignal{column("p")});
+  signals.input.emplace_back(InputSignal{column("w")});
+  CHECK(read_text(csv, signals).temperature == nullptr);
+  signals.temperature = {column("T")};
+  signals.temperature[0].unit = "degF";
+  const Measured one = read_text(csv, signals);  // (68 + 9 k) degrees Fahrenheit at every fifth second
+  CHECK(one.temperature->time == std::vector<double>{2.0, 7.0, 12.0, 17.0});
+  for (int joint = 0; joint < 2; ++joint) {
+    for (const double t : {2.0, 4.5, 17.0}) CHECK(one.temperature->at(joint, t) == Approx(20.0 + 5.0 * t));
+    CHECK(one.temperature->at(joint, 0.0) == Approx(30.0));
+  }
+  signals.temperature.push_back(column("hot"));
+  signals.temperature[1].unit = "K";
+  const Measured both = read_text(csv, signals);
+  CHECK(both.temperature->at(0, 7.0) == Approx(55.0));
+  CHECK(both.temperature->at(1, 7.0) == Approx(307.0 - 273.15));
+
+  signals.temperature = {column("cold")};
+  CHECK_THAT(read_error(csv, signals), Catch::Contains("no column 'cold'"));
+  signals.temperature = {column("none")};
+  CHECK_THAT(read_error(csv, signals), Catch::Contains("column 'none' has no number"));
+}
+
+TEST_CASE("A noisy temperature is averaged over a second, and keeps its trend up to its ends", "[diagnose]") {
+  constexpr int kRows = 2000;
+  std::string csv = "t,q,u,T\n";
+  for (int k = 0; k < kRows; ++k) {
+    const double t = 0.01 * k;
+    csv += std::to_string(t) + ",0,0," + std::to_string(30.0 + 2.0 * t + (k % 2 == 0 ? 0.5 : -0.5)) + "\n";
+  }
+  Signals signals = example_signals();
+  signals.temperature = {column("T")};
+  const RecordedTemperature found = read_text(csv, signals).temperature;
+  for (int k = 0; k < kRows; ++k) {
+    const double t = 0.01 * k, error = found->at(0, t) - 30.0 - 2.0 * t;
+    CHECK(std::abs(error) < (k < 50 || k >= kRows - 50 ? 0.51 / (2 * std::min(k, kRows - 1 - k) + 1) : 0.006));
+  }
+}
+
 TEST_CASE("A recording of millions of rows is read in the memory of its pieces", "[diagnose][slow]") {
   const Folder folder;
   const int rows = 8'000'000;

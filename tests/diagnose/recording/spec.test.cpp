@@ -165,6 +165,26 @@ TEST_CASE("Among effects `usual` stands for all that need not be asked for, once
   CHECK(effects("[usual, joint_elasticity, usual]") == more);
 }
 
+TEST_CASE("What depends on the temperature is looked for where that is recorded, and nowhere else", "[diagnose]") {
+  const std::size_t thermal = EffectForm(ThermalFriction{}).index();
+  const auto looked_for = [&](const std::string& temperature, const std::string& list) {
+    const std::string text = "name: x\nmodel: {plant: mass}\nsignals: {time: t, position: q, input: u" + temperature +
+                             "}\nrecordings: a.csv\n" + (list.empty() ? "" : "effects: " + list + "\n");
+    const EffectNames effects = read_spec_text(text).effects;
+    return std::count(effects.begin(), effects.end(), thermal);
+  };
+  CHECK(looked_for("", "") == 0);
+  CHECK(looked_for("", "[usual]") == 0);
+  for (const char* list : {"", "[usual]", "[usual, thermal_friction]", "[thermal_friction]"}) {
+    CHECK(looked_for(", temperature: T", list) == 1);
+  }
+  CHECK(looked_for(", temperature: T", "[coulomb_friction]") == 0);
+  CHECK_THAT(error_of([&] { looked_for("", "[usual, thermal_friction]"); }),
+             Catch::Contains(":5:18: thermal_friction needs signals.temperature"));
+  CHECK_THAT(error_of([&] { looked_for(", temperature: [T, S]", ""); }),
+             Catch::Contains("temperature needs one column, or one per joint, 1"));
+}
+
 TEST_CASE("A value that a spec of a diagnosis cannot have is shown at its place", "[diagnose]") {
   check_at("12:11", "did you mean 'coulomb_friction'?", error_with("coulomb_friction", "coulomb_frction"));
   check_at("12:10", "a list", error_with("effects: [coulomb_friction, input_delay]", "effects: coulomb_friction"));

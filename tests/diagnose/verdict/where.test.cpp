@@ -160,8 +160,9 @@ TEST_CASE("Sensors are a side of the machine, what stands between input and torq
   int sensors = 0, inputs = 0;
   for_each_effect([&]<class E>(const E& form) {
     const std::string_view name = E::kName;
-    const bool sensor = name.starts_with("sensor_");
-    const bool input = name.starts_with("input_") || name == "actuator_lag" || name == "backlash";
+    const bool sensor = name.starts_with("sensor_") || name == "recording_offset";
+    const bool input =
+        name.starts_with("input_") || name == "recording_gain" || name == "actuator_lag" || name == "backlash";
     CAPTURE(name);
     CHECK(channel_of(form) == (sensor ? Channel::sensor : input ? Channel::input : Channel::drift));
     sensors += sensor;
