@@ -80,8 +80,7 @@ std::vector<double> values_of(const DataTable& table, const Signal& signal, cons
 
 constexpr double kTemperatureWindow = 0.5;  // s to either side, over which a temperature is averaged
 
-/// Sensors of temperature are coarse and noisy, machines warm slowly: the mean about each sample over a window that is
-/// as long before as after it.
+/// The mean about each sample over a window that is as long before as after it.
 Temperature averaged(const Temperature& seen) {
   Temperature result = seen;
   const auto count = static_cast<std::size_t>(seen.celsius.rows());
@@ -100,6 +99,14 @@ Temperature averaged(const Temperature& seen) {
         (sums.row(last + 1) - sums.row(first)) / static_cast<double>(last + 1 - first);
   }
   return result;
+}
+
+/// Sensors of temperature are coarse and noisy, machines warm slowly. What an average takes off a curve one more tells.
+Temperature smoothed(const Temperature& seen) {
+  Temperature once = averaged(seen);
+  const Temperature twice = averaged(once);
+  once.celsius = 2.0 * once.celsius - twice.celsius;
+  return once;
 }
 
 /// In the rows that are `kept` and have it, of every joint; `start`: of the time.
@@ -131,7 +138,7 @@ RecordedTemperature temperature_of(const DataTable& table, const Signals& signal
       result.celsius(static_cast<Eigen::Index>(i), j) = in_celsius((*columns[signal])[rows[i]]);
     }
   }
-  return std::make_shared<const Temperature>(averaged(result));
+  return std::make_shared<const Temperature>(smoothed(result));
 }
 
 }  // namespace

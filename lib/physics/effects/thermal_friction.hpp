@@ -18,7 +18,7 @@ struct ThermalFriction {
   static void fields(auto& self, auto&& field) {
     field("coefficient", self.coefficient, {kPositive, "N m s/rad", "at 20 degrees Celsius", kRequired});
     field("scale", self.scale,
-          {between(1, 1000), "degC", "by which drag falls to 37 %", kRequired, {.deviation = {1.0}, .step = {0.05}}});
+          {between(1, 1000), "degC", "by which drag falls to 37 %", kRequired, {.deviation = {50.0}, .step = {0.05}}});
   }
 
   double torque_at(const JointState& s) const {

@@ -78,6 +78,21 @@ TEST_CASE("Every parameter of every effect is adjusted: as it stands, within wha
   });
 }
 
+TEST_CASE("No effect that a trial draws stands in the tail of a prior", "[diagnose][fit]") {
+  int stated = 0;
+  for_each_effect([&]<class E>(const E&) {
+    for (const double strength : {0.05, 0.1, 0.2}) {
+      for (const Unknown& unknown : unknowns_of({{testing::drawn_effect<E>(strength), 1, -1}})) {
+        if (unknown.prior_deviation == 0.0) continue;  // it follows from what the parameter does
+        INFO(E::kName << " " << unknown.name << " " << unknown.value);
+        CHECK(std::abs(unknown.value - unknown.prior_mean) < 3.5 * unknown.prior_deviation);
+        ++stated;
+      }
+    }
+  });
+  CHECK(stated > 30);
+}
+
 TEST_CASE("Amounts that follow from the motion are those of the joint in which the effect acts", "[diagnose][fit]") {
   const std::vector<Unknown> unknowns = unknowns_of({{HardStop{}, 1, -1}, {HardStop{}, 0, -1}});
   const auto range = [&](int joint) {
