@@ -21,6 +21,7 @@ struct RecordingSettings {
   double whole = 80'000.0;
   std::size_t numbers = 12'000'000;
   std::size_t pieces = 32;
+  double temperature = 1.0;
 
   static void fields(auto& self, auto&& field) {
     field("gap_periods", self.gap_periods,
@@ -45,6 +46,8 @@ struct RecordingSettings {
           {kPositive, "numbers",
            "of a file are read; of more, pieces of rows, evenly spread, of all together that much"});
     field("pieces", self.pieces, {kPositive, "pieces", "of so long a file are read, or half as many"});
+    field("temperature", self.temperature,
+          {kPositive, "s", "over which a temperature is averaged: its sensors are coarse, and machines warm slowly"});
   }
 };
 

@@ -70,10 +70,15 @@ Name take_apart(const std::string& column) {
   finish();
   if (name.unit == nullptr && name.words.size() > 1) {
     name.unit = find_unit(name.words.back(), true);
-    if (name.unit != nullptr && name.unit->si == "degC" && name.words.back().size() == 1) name.unit = nullptr;  // x_k
     if (name.unit != nullptr) name.words.pop_back();
   }
-  if (name.unit != nullptr && name.unit->si == "degC") name.words = {"temperature"};
+  if (name.unit == nullptr || name.unit->si != "degC") return name;
+  // A lone K is a temperature's unit where that has a name, and an index or a gain elsewhere: q(k), w_k.
+  if (name.unit->name == "K" && !name.any_of(kTemperature) && column.find("[K]") == std::string::npos) {
+    name.unit = nullptr;
+  } else {
+    name.words = {"temperature"};
+  }
   return name;
 }
 

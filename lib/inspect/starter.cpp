@@ -109,7 +109,7 @@ std::string signal_text(const ColumnGuess& guess) {
   return text + (guess.unit.empty() ? "" : ", unit: " + in_yaml(guess.unit)) + "}";
 }
 
-std::string range_text(const DataTable& table, const ColumnGuess& guess) {
+std::string range_text(const DataTable& table, const ColumnGuess& guess, const std::string& assumed) {
   const auto at = std::find(table.names.begin(), table.names.end(), guess.column) - table.names.begin();
   double low = kInfinity, high = -kInfinity;
   for (const double value : table.columns[static_cast<std::size_t>(at)]) {
@@ -117,7 +117,7 @@ std::string range_text(const DataTable& table, const ColumnGuess& guess) {
     low = std::min(low, value * guess.scale + guess.offset);
     high = std::max(high, value * guess.scale + guess.offset);
   }
-  const std::string unit = guess.unit.empty() ? ", unit not told: SI is assumed" : " " + guess.unit;
+  const std::string unit = guess.unit.empty() ? ", unit not told: " + assumed + " assumed" : " " + guess.unit;
   return "; from " + format(low, 3) + " to " + format(high, 3) + unit;
 }
 
@@ -125,7 +125,8 @@ std::string signal_line(const DataTable& table, const std::string& key, const st
   std::string list, reasons;
   for (const ColumnGuess& guess : guesses) {
     list += (list.empty() ? "" : ", ") + signal_text(guess);
-    reasons += (reasons.empty() ? "" : "; ") + in_yaml(guess.column) + ": " + guess.reason + range_text(table, guess);
+    reasons += (reasons.empty() ? "" : "; ") + in_yaml(guess.column) + ": " + guess.reason +
+               range_text(table, guess, key == "temperature" ? "degC is" : "SI is");
   }
   return "  # " + reasons + "\n  " + key + ": " + (guesses.size() == 1 ? list : "[" + list + "]") + "\n";
 }

@@ -45,9 +45,9 @@ using Catalogue =
     std::tuple<ViscousFriction, CoulombFriction, StribeckFriction, QuadraticDrag, AsymmetricFriction,
                PositionDependentFriction, LoadDependentFriction, LinearSpring, CubicSpring, CouplingTorque,
                ConstantBias, GravityTilt, CoggingTorque, HardStop, PeriodicDisturbance, TorqueStep, AddedInertia,
-               InputDelay, InputGain, InputDeadZone, Backlash, InputSaturation, ActuatorLag, PreslidingHysteresis,
-               SensorOffset, SensorScale, JointElasticity, ElasticLoad, Counterbalance, WarmingFriction,
-               LoadStribeckFriction, ThermalFriction, RecordingOffset, RecordingGain>;
+               InputDelay, InputGain, RecordingGain, InputDeadZone, Backlash, InputSaturation, ActuatorLag,
+               PreslidingHysteresis, SensorOffset, SensorScale, JointElasticity, ElasticLoad, Counterbalance,
+               WarmingFriction, LoadStribeckFriction, ThermalFriction, RecordingOffset>;
 
 /// Calls f(E{}) for the type E of each effect.
 void for_each_effect(auto&& f) {

@@ -55,6 +55,11 @@ bool same_kind(const Effect& a, const Effect& b) {
   return &a.form.law() == &b.form.law() && a.joint == b.joint && a.recording == b.recording;
 }
 
+bool same_place(const Effect& a, const Effect& b) {
+  return &a.form.law() == &b.form.law() && a.joint == b.joint &&
+         (!a.form.roles().of_one_recording || a.recording == b.recording);
+}
+
 std::vector<Effect> acting_in(const std::vector<Effect>& effects, std::size_t recording) {
   std::vector<Effect> here;
   std::ranges::copy_if(effects, std::back_inserter(here),

@@ -249,6 +249,9 @@ inline EffectForm declared_effect(std::size_t index) { return catalogue().at(ind
 /// The same law in the same place, whatever its parameters.
 bool same_kind(const Effect& a, const Effect& b);
 
+/// The same law in the same joint and, where it acts in one recording alone, the same recording: no set holds two.
+bool same_place(const Effect& a, const Effect& b);
+
 /// Those that act in one recording; those of a recording that is not among the known ones, in which what has changed
 /// stays changed.
 std::vector<Effect> acting_in(const std::vector<Effect>& effects, std::size_t recording);

@@ -14,7 +14,7 @@ std::string ModelUncertainty::problem(int joints) const {
   return joints == 1 || coupling.empty() || fits(coupling) ? "" : "coupling has" + one_for_each;
 }
 
-Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
+Affine affine(const Model& model, const JointVector& q, const JointVector& v, const JointVector& celsius) {
   Affine result = affine(model.plant, q, v);
   if (model.is_plain()) return result;
   const Eigen::Index n = q.size();
@@ -28,8 +28,9 @@ Affine affine(const Model& model, const JointVector& q, const JointVector& v) {
   for (Eigen::Index j = 0; j < n; ++j) external[j] += spring_torque(model.effects, static_cast<int>(j), q[j]);
   for (const Effect& effect : model.effects) {
     const Eigen::Index j = effect.joint;
-    const JointState state{q[j], v[j],        0.0,
-                           0.0,  external[j], q[neighbour_of(static_cast<int>(j), static_cast<int>(q.size()))]};
+    JointState state{q[j], v[j],        0.0,
+                     0.0,  external[j], q[neighbour_of(static_cast<int>(j), static_cast<int>(q.size()))]};
+    if (celsius.size() > 0) state.temperature = celsius[j];
     const EffectForm& form = effect.form;
     if (form.roles().of_time) continue;
     torque[j] += form.torque_at(state) - form.sliding(state) * (v[j] > 0.0 ? 1.0 : v[j] < 0.0 ? -1.0 : 0.0);

@@ -45,7 +45,7 @@ struct Model {
 };
 
 /// q'' = a + b u as far as it is a function of the state: effects with a memory, in time or in the sensor are left out,
-/// dry friction acts along the velocity.
-Affine affine(const Model& model, const JointVector& q, const JointVector& v);
+/// dry friction acts along the velocity. `celsius`: of each joint; none: 20 degrees.
+Affine affine(const Model& model, const JointVector& q, const JointVector& v, const JointVector& celsius = {});
 
 }  // namespace bayesctrl

@@ -63,6 +63,7 @@ ordered_json effect_truth(const Effect& effect, double size) {
   ordered_json object{
       {"name", name_of(effect.form)}, {"joint", effect.joint + 1}, {"size", size}, {"parameters", values}};
   if (effect.recording >= 0) object["recording"] = recording_name(effect.recording);
+  if (effect.form.roles().of_one_recording) object["recording_number"] = effect.recording + 1;
   return object;
 }
 

@@ -27,6 +27,7 @@ Set names_of_truth(const ordered_json& truth, int joints) {
     ExplainedEffect hidden;
     hidden.name = effect["name"];
     hidden.joint = effect["joint"];
+    if (effect.contains("recording_number")) hidden.recording_number = effect["recording_number"];
     names.insert(label(hidden, joints));
   }
   return names;

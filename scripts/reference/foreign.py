@@ -391,7 +391,7 @@ def score(options):
             continue
         d = json.loads(result.read_text())
         listed = {e["name"]: e.get("inclusion") or 0.0 for e in d["explanation"]["effects"]}
-        alike = [{label.split("@")[0] for label in group} for group in d.get("indistinguishable", [])]
+        alike = [{label.replace("#", "@").split("@")[0] for label in group} for group in d.get("indistinguishable", [])]
         same = lambda a, b: a == b or any({a, b} <= group for group in alike)
         p = d["explanation"]["probability"] or 0.0
         missed = [t for t in truth if not any(same(t, e) for e in listed)]

@@ -107,6 +107,8 @@ TEST_CASE("A temperature is no input, and needs none of its own for each joint",
   CHECK(found.temperature[0].unit == "degC");
   CHECK(columns(guesses("t,q1,q2,temp1,T2 [celsius],u1,u2").temperature) == "temp1 T2 [celsius]");
   CHECK(guesses("t,q,u,w_k").temperature.empty());
+  CHECK(columns(guesses("t,q(k),u(k),temp_K").position) == "q(k)");
+  CHECK(guesses("t,q(k),u(k),temp_K").temperature.at(0).offset == -273.15);
 
   const Folder folder;
   const fs::path file = folder.path() / "a.csv";

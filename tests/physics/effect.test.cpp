@@ -167,6 +167,19 @@ TEST_CASE("Behind a lag steps need not be finer than the motion asks for", "[eff
   CHECK((run(5e-3) - run(1e-4)).cwiseAbs().maxCoeff() < 1e-5);
 }
 
+TEST_CASE("Of what acts in one recording a law of that recording says nothing of new ones, all else stays",
+          "[effects]") {
+  const std::vector<Effect> effects{{TorqueStep{0.3, 1.0}, 0, 1},
+                                    {RecordingGain{{0.8}}, 0, 1},
+                                    {RecordingOffset{{0.1}}, 0, 0},
+                                    {ViscousFriction{}, 0, -1}};
+  CHECK(acting_in(effects, 0) == std::vector<Effect>{effects[2], effects[3]});
+  CHECK(acting_in(effects, 1) == std::vector<Effect>{effects[0], effects[1], effects[3]});
+  CHECK(in_new_recordings(effects) == std::vector<Effect>{{TorqueStep{0.3, 1.0}, 0, -1}, effects[3]});
+  CHECK(same_place(effects[0], {TorqueStep{}, 0, 2}));
+  CHECK_FALSE(same_place(effects[1], {RecordingGain{}, 0, 2}));
+}
+
 TEST_CASE("The load of friction holds springs and gravity as the machine stands", "[effects]") {
   const double k = 0.1, stiffness = 50.0, mass = 2.0;
   const Machine slide(Mass{mass, 0.0}, {{LoadDependentFriction{k}}, {LinearSpring{stiffness}}});

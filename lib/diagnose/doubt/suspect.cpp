@@ -59,13 +59,13 @@ Impression impression(const Doubt& doubt, const Scene& scene, const Eye& eye) {
 /// Of what the input of a joint is after the effects on it, the part of its squares.
 double input_left(const std::vector<Effect>& effects, int joint, const std::vector<Measured>& data) {
   double before = 0.0, after = 0.0;
-  for (const Measured& m : data) {
+  for (std::size_t r = 0; r < data.size(); ++r) {
     std::vector<double> held(effects.size(), 0.0);  // what comes out of each play
-    for (double u : m.input.col(joint)) {
+    for (double u : data[r].input.col(joint)) {
       before += u * u;
       for (std::size_t e = 0; e < effects.size(); ++e) {
         const EffectForm& form = effects[e].form;
-        if (effects[e].joint != joint) continue;
+        if (effects[e].joint != joint || !effects[e].acts_in(r)) continue;
         if (form.roles().map) u = form.transform(u);
         if (form.roles().play) u = held[e] = form.follow(u, held[e]);
       }

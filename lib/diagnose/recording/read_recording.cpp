@@ -78,10 +78,9 @@ std::vector<double> values_of(const DataTable& table, const Signal& signal, cons
   return values;
 }
 
-constexpr double kTemperatureWindow = 0.5;  // s to either side, over which a temperature is averaged
-
 /// The mean about each sample over a window that is as long before as after it.
 Temperature averaged(const Temperature& seen) {
+  const double window = 0.5 * kSettings.recording.temperature;  // to either side
   Temperature result = seen;
   const auto count = static_cast<std::size_t>(seen.celsius.rows());
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(seen.celsius.rows() + 1, seen.celsius.cols());
@@ -89,8 +88,8 @@ Temperature averaged(const Temperature& seen) {
   std::size_t half = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const auto within = [&](std::size_t reach) {
-      return reach <= i && i + reach < count && seen.time[i] - seen.time[i - reach] <= kTemperatureWindow &&
-             seen.time[i + reach] - seen.time[i] <= kTemperatureWindow;
+      return reach <= i && i + reach < count && seen.time[i] - seen.time[i - reach] <= window &&
+             seen.time[i + reach] - seen.time[i] <= window;
     };
     while (!within(half)) --half;
     while (within(half + 1)) ++half;
@@ -109,36 +108,35 @@ Temperature smoothed(const Temperature& seen) {
   return once;
 }
 
-/// In the rows that are `kept` and have it, of every joint; `start`: of the time.
-RecordedTemperature temperature_of(const DataTable& table, const Signals& signals, const std::string& file,
-                                   const std::vector<double>& time, const std::vector<std::size_t>& kept,
-                                   double start) {
+/// Of every joint at the times of the recording, from the rows that have it.
+RecordedTemperature temperature_of(const DataTable& table, const Signals& signals, const RecordingFile& of,
+                                   const std::vector<double>& time, const Measured& recording) {
+  const std::string file = of.file.string();
   if (signals.temperature.empty()) return {};
-  std::vector<const std::vector<double>*> columns;
-  for (const Signal& signal : signals.temperature) {
-    columns.push_back(&table.columns[column_of(table, signal, file)]);
-    if (columns.back()->size() != time.size()) throw DataError({file}, "the signals differ in length");
-  }
-  Temperature result;
-  std::vector<std::size_t> rows;
-  for (const std::size_t row : kept) {
-    const bool known = std::ranges::all_of(columns, [&](const auto* column) { return std::isfinite((*column)[row]); });
-    if (!known) continue;
-    rows.push_back(row);
-    result.time.push_back(time[row] - start);
-  }
-  if (rows.empty()) {
-    throw DataError({file}, "column '" + shown(signals.temperature.front().column) + "' has no number in it");
-  }
-  result.celsius.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(signals.position.size()));
+  Temperature result{recording.time, Eigen::MatrixXd(recording.position.rows(), recording.position.cols())};
   for (Eigen::Index j = 0; j < result.celsius.cols(); ++j) {
-    const std::size_t signal = columns.size() == 1 ? 0 : static_cast<std::size_t>(j);
-    const auto in_celsius = signals.temperature[signal].to_si();
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      result.celsius(static_cast<Eigen::Index>(i), j) = in_celsius((*columns[signal])[rows[i]]);
+    const Signal& signal = signals.temperature[signals.temperature.size() == 1 ? 0 : static_cast<std::size_t>(j)];
+    const std::vector<double>& column = table.columns[column_of(table, signal, file)];
+    if (column.size() != time.size()) throw DataError({file}, "the signals differ in length");
+    const auto in_celsius = signal.to_si();
+    Temperature known;
+    std::vector<double> values;
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      const double t = time[row] - recording.start;
+      if (!std::isfinite(column[row]) || (!known.time.empty() && t <= known.time.back())) continue;
+      known.time.push_back(t);
+      values.push_back(in_celsius(column[row]));
+    }
+    if (values.empty())
+      throw DataError({file}, "column '" + shown(signal.column) + "' has no number " +
+                                  (of.from || of.to ? "between from and to" : "in it"));
+    known.celsius = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    const Temperature smooth = smoothed(known);
+    for (Eigen::Index k = 0; k < result.celsius.rows(); ++k) {
+      result.celsius(k, j) = smooth.at(0, recording.time[static_cast<std::size_t>(k)]);
     }
   }
-  return std::make_shared<const Temperature>(smoothed(result));
+  return std::make_shared<const Temperature>(std::move(result));
 }
 
 }  // namespace
@@ -210,7 +208,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
       result.input(i, j) = input[static_cast<std::size_t>(j)][row];
     }
   }
-  result.temperature = temperature_of(table, signals, path, time, kept, result.start);
+  result.temperature = temperature_of(table, signals, file, time, result);
   return result;
 }
 

@@ -104,6 +104,18 @@ void read_value(const Node& node, Signals& signals) {
   if (!signals.velocity.empty() && signals.velocity.size() != joints) {
     throw SpecError(at("velocity"), "velocity needs one column per joint, " + std::to_string(joints));
   }
+  const auto refuse = [&](const auto& list, const char* key, bool is_temperature) {
+    for (const Signal& signal : list) {
+      if (signal.unit.empty() || (si_unit(signal.unit) == "degC") == is_temperature) continue;
+      throw SpecError(at(key),
+                      std::string(key) + " in " + signal.unit + ": " +
+                          (is_temperature ? "a temperature is in degC, degF or K" : "that is a temperature's unit"));
+    }
+  };
+  refuse(signals.position, "position", false);
+  refuse(signals.velocity, "velocity", false);
+  refuse(signals.input, "input", false);
+  refuse(signals.temperature, "temperature", true);
   if (signals.temperature.size() > 1 && signals.temperature.size() != joints) {
     throw SpecError(at("temperature"), "temperature needs one column, or one per joint, " + std::to_string(joints));
   }

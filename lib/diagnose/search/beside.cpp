@@ -101,8 +101,7 @@ std::vector<Effect> Gap::filled(const std::vector<Effect>& others) const {
 }
 
 bool has_kind(const std::vector<Effect>& effects, const Effect& other) {
-  return std::ranges::any_of(
-      effects, [&](const Effect& one) { return one.form.index() == other.form.index() && one.joint == other.joint; });
+  return std::ranges::any_of(effects, [&](const Effect& one) { return same_place(one, other); });
 }
 
 std::vector<Effect> Promise::set() const {

@@ -43,7 +43,7 @@ class Gap {
   Eigen::VectorXd target_;
 };
 
-/// Whether a set holds an effect of this kind in this joint.
+/// Whether a set holds an effect of this kind in this place.
 bool has_kind(const std::vector<Effect>& effects, const Effect& other);
 
 /// A set that may be better than a fit: what is left of that, and others.

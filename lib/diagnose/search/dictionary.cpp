@@ -77,8 +77,13 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
     const OperatingRange region = searched_range(data, forcing.paths(), joint);
     for (std::size_t kind = 0; kind < catalogue().size(); ++kind) {
       if (std::find(allowed.begin(), allowed.end(), kind) == allowed.end()) continue;
+      const bool of_one = catalogue()[kind]->roles.of_one_recording;
       Suspect suspect{kind, joint, {}};
       for (const EffectShape& shape : catalogue()[kind]->shapes(region)) {
+        if (of_one && !suspect.atoms.empty()) {
+          dictionary.suspects.push_back(std::exchange(suspect, Suspect{kind, joint, {}}));
+        }
+        if (of_one) suspect.recording = shape.recording;
         Atom atom;
         atom.sign = shape.sign;
         atom.low = shape.low;

@@ -25,6 +25,11 @@ struct Suspect {
   std::size_t kind = 0;  // place in the catalogue
   int joint = 0;
   std::vector<Atom> atoms;
+  int recording = -1;  // of a law that acts in one alone
+
+  bool is(const Effect& effect) const {
+    return effect.form.index() == kind && effect.joint == joint && (recording < 0 || effect.recording == recording);
+  }
 };
 
 /// All that the catalogue can do along a motion. Columns are scaled by the standard deviation of their coefficient's

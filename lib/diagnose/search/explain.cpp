@@ -131,9 +131,7 @@ bool adds_one_number(const Finding& finding, const std::vector<Effect>& set, con
   if (finding.suspects.size() != set.size() + 1) return false;
   for (std::size_t i = 0; i < finding.suspects.size(); ++i) {
     const Suspect& suspect = dictionary.suspects[static_cast<std::size_t>(finding.suspects[i])];
-    const bool known = std::any_of(set.begin(), set.end(), [&](const Effect& effect) {
-      return effect.form.index() == suspect.kind && effect.joint == suspect.joint;
-    });
+    const bool known = std::ranges::any_of(set, [&](const Effect& effect) { return suspect.is(effect); });
     if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].members() == 1;
   }
   return false;

@@ -24,13 +24,14 @@ std::vector<EffectForm> laws_about(const EffectForm& simplest) {
 
 std::string label(const Effect& effect, int joints) {
   std::string text(name_of(effect.form));
-  return joints == 1 ? text : text + "@" + std::to_string(effect.joint + 1);
+  if (joints > 1) text += "@" + std::to_string(effect.joint + 1);
+  return effect.form.roles().of_one_recording ? text + "#" + std::to_string(effect.recording + 1) : text;
 }
 
 std::string key(const std::vector<Effect>& effects) {
   std::vector<std::string> names;
   for (const Effect& effect : effects) {
-    names.push_back(label(effect, 2) + (effect.recording >= 0 ? "#" + std::to_string(effect.recording) : ""));
+    names.push_back(label(effect, 2) + (effect.recording >= 0 ? " " + std::to_string(effect.recording) : ""));
   }
   std::sort(names.begin(), names.end());
   std::string text;

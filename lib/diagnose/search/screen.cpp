@@ -297,8 +297,7 @@ std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) cons
   std::vector<int> set;
   for (const Effect& effect : effects) {
     for (int i = 0; i < count; ++i) {
-      const Suspect& suspect = dictionary_.suspects[static_cast<std::size_t>(i)];
-      if (suspect.kind == effect.form.index() && suspect.joint == effect.joint) set.push_back(i);
+      if (dictionary_.suspects[static_cast<std::size_t>(i)].is(effect)) set.push_back(i);
     }
   }
   std::vector<Finding> list;

@@ -31,7 +31,8 @@ ordered_json without_empty(const T& value) {
 Cause CauseShares::leading() const { return static_cast<Cause>(std::max_element(of.begin(), of.end()) - of.begin()); }
 
 std::string label(const ExplainedEffect& effect, int joints) {
-  return joints == 1 ? effect.name : effect.name + "@" + std::to_string(effect.joint);
+  return effect.name + (joints > 1 ? "@" + std::to_string(effect.joint) : "") +
+         (effect.recording_number ? "#" + std::to_string(*effect.recording_number) : "");
 }
 
 ordered_json json_value(const ExplainedEffect& effect) { return without_empty(effect); }

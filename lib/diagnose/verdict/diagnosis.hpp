@@ -113,12 +113,16 @@ struct ExplainedEffect {
   std::optional<std::string> recording;
   std::string text;
   std::optional<double> inclusion = {}, share = {};
+  std::optional<int> recording_number = {};
 
   static void fields(auto& self, auto&& field) {
     field("name", self.name, detail::told("in the catalogue"));
     field("joint", self.joint, detail::told("counted from 1"));
     field("parameters", self.parameters, detail::told("by name"));
     field("recording", self.recording, {.text = "the only one in which it acts"});
+    field("recording_number", self.recording_number,
+          {.text =
+               "of a law that is about one recording: which one of the spec, from 1; names elsewhere end in #number"});
     field("text", self.text, detail::told("for a mechanic"));
     field("inclusion", self.inclusion, {.text = "probability that it is part of the machine, over all sets"});
     field("share", self.share, {.text = "of the refit nominal's squared error beyond the noise that it takes away"});

@@ -70,7 +70,7 @@ double as_given_error(const DiagnosisSpec& spec, const std::vector<Measured>& da
 bool beside_asked(const std::vector<Suspicion>& suspicions) {
   return std::ranges::any_of(suspicions, [](const Suspicion& suspicion) {
     return std::ranges::any_of(suspicion.effects, [](const std::string& label) {
-      const auto law = std::ranges::find(catalogue(), label.substr(0, label.find('@')), &EffectLaw::name);
+      const auto law = std::ranges::find(catalogue(), label.substr(0, label.find_first_of("@#")), &EffectLaw::name);
       return law != catalogue().end() && (*law)->roles.on_demand;
     });
   });

@@ -115,7 +115,7 @@ std::map<std::string, double> inclusion(const Explanation& explanation) {
   std::map<std::string, double> sums;
   for (const Candidate& candidate : explanation.candidates) {
     for (const Effect& effect : candidate.fit.effects) {
-      sums[std::string(name_of(effect.form)) + "@" + std::to_string(effect.joint + 1)] += candidate.probability;
+      sums[label(effect, kMaxJoints)] += candidate.probability;
     }
   }
   return sums;

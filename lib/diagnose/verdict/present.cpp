@@ -111,6 +111,7 @@ ExplainedEffect shown_effect(const Fit& fit, std::size_t e, const std::vector<Me
         name, Estimate{value, fit.deviation(static_cast<int>(e), name), unit_of(effect.form, name, here)});
   }
   if (effect.recording >= 0) result.recording = data[static_cast<std::size_t>(effect.recording)].name;
+  if (effect.form.roles().of_one_recording) result.recording_number = effect.recording + 1;
   result.text = sentence(effect);
   return result;
 }
@@ -133,7 +134,10 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
   }
   plant["effects"] = effects;
   object["model"] = plant;
-  object["signals"] = to_json(spec.signals);
+  Signals signals = spec.signals;
+  const auto feels = [](const Effect& effect) { return effect.form.roles().feels_temperature; };
+  if (std::ranges::none_of(model.effects, feels)) signals.temperature.clear();
+  object["signals"] = to_json(signals);
   object["horizon_s"] = spec.horizon;
   return object;
 }

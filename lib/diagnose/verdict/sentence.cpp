@@ -10,9 +10,12 @@ namespace bayesctrl {
 
 namespace {
 
-/// "Coulomb friction" of "coulomb_friction", also where a joint follows.
+/// "Coulomb friction" of "coulomb_friction", also where a joint follows; "recording gain of recording 2" of
+/// "recording_gain@1#2".
 std::string in_words(std::string name) {
-  name = name.substr(0, name.find('@'));
+  const std::size_t number = name.find('#');
+  const std::string recording = number == std::string::npos ? "" : " of recording " + name.substr(number + 1);
+  name = name.substr(0, name.find_first_of("@#")) + recording;
   std::ranges::replace(name, '_', ' ');
   if (name.starts_with("coulomb") || name.starts_with("stribeck")) name[0] += 'A' - 'a';  // people
   return name;
@@ -51,9 +54,10 @@ std::string in_words(const Named<Estimate>& parameters) {
 
 /// "Coulomb friction or Stribeck friction in joint 2 (level 0.186 N m, 23 % of the error)".
 std::string in_words(const Diagnosis& d, const ExplainedEffect& effect, bool with_share) {
-  std::string text = in_words(effect.name) + or_alike(d, effect), in_brackets;
-  if (d.joints > 1) text += " in joint " + std::to_string(effect.joint);
+  std::string text = in_words(effect.name), in_brackets;
   if (effect.recording) text += " of " + *effect.recording;
+  text += or_alike(d, effect);
+  if (d.joints > 1) text += " in joint " + std::to_string(effect.joint);
   if (!effect.parameters.items.empty()) in_brackets = in_words(effect.parameters);
   if (with_share && effect.share) {
     in_brackets += (in_brackets.empty() ? "" : ", ") + share_text(*effect.share) + " of the error";
@@ -107,7 +111,9 @@ std::string traces(const Diagnosis& d) {
 std::string in_words(const Alone& alone, int joints) {
   std::vector<std::string> list;
   for (const auto& [name, share] : alone.effects.items) {
-    list.push_back(in_words(name) + (joints > 1 ? " in joint " + name.substr(name.find('@') + 1) : ""));
+    list.push_back(
+        in_words(name) +
+        (joints > 1 ? " in joint " + name.substr(name.find('@') + 1, name.find('#') - name.find('@') - 1) : ""));
   }
   return enumerated(list, " or ");
 }

@@ -12,7 +12,7 @@ constexpr double kLeast = 1e-9;       // a process needs some variance
 
 /// Samples that stand for the recorded motion.
 struct Visited {
-  std::vector<JointVector> q, v, u, missing_torque;
+  std::vector<JointVector> q, v, u, missing_torque, celsius;
 };
 
 Visited visited(const std::vector<Measured>& data, const std::vector<Trajectory>& smoothed) {
@@ -26,6 +26,12 @@ Visited visited(const std::vector<Measured>& data, const std::vector<Trajectory>
       list.v.emplace_back(smoothed[r].velocity.row(k).transpose());
       list.u.emplace_back(data[r].input.row(k).transpose());
       list.missing_torque.emplace_back(smoothed[r].missing_torque.row(k).transpose());
+      JointVector& celsius = list.celsius.emplace_back();
+      if (!data[r].temperature) continue;
+      celsius.resize(data[r].position.cols());
+      for (int j = 0; j < celsius.size(); ++j) {
+        celsius[j] = data[r].temperature->at(j, data[r].time[static_cast<std::size_t>(k)]);
+      }
     }
   }
   return list;
@@ -36,7 +42,7 @@ Eigen::MatrixXd values_along(const Model& model, const Visited& states) {
   const Eigen::Index n = states.q.front().size();
   Eigen::MatrixXd values(n + n * n, static_cast<Eigen::Index>(states.q.size()));
   for (std::size_t k = 0; k < states.q.size(); ++k) {
-    Affine at = affine(model, states.q[k], states.v[k]);
+    Affine at = affine(model, states.q[k], states.v[k], states.celsius[k]);
     at.gain.diagonal() = at.gain.diagonal().array().max(kLeast).log();
     values.col(static_cast<Eigen::Index>(k)) << at.drift, at.gain.reshaped();
   }
@@ -55,7 +61,7 @@ Eigen::VectorXd left_open(const Corrected& model, const Fit& fit, const Visited&
       Unknown other = unknown;
       other.value = value;
       put(moved, other);
-      return values_along({moved.plant, moved.effects, model.remainder}, states);
+      return values_along({moved.plant, in_new_recordings(moved.effects), model.remainder}, states);
     };
     const double above = unknown.above(), below = unknown.below();
     slopes.emplace_back((at(above) - at(below)) / std::max(above - below, kLeast));
@@ -80,8 +86,9 @@ ModelUncertainty uncertainty_of(const Corrected& model, const Fit& fit, const Pl
   const Eigen::VectorXd open = left_open(model, fit, states, n + n * n);
   Eigen::ArrayXd missing = Eigen::ArrayXd::Zero(n), input = missing, gain = missing;  // mean squares
   const auto count = static_cast<double>(states.q.size());
+  const Model machine{model.plant, in_new_recordings(model.effects)};
   for (std::size_t k = 0; k < states.q.size(); ++k) {
-    const JointMatrix b = affine(Model{model.plant, model.effects}, states.q[k], states.v[k]).gain;
+    const JointMatrix b = affine(machine, states.q[k], states.v[k], states.celsius[k]).gain;
     const JointMatrix mobility = motion(nominal, states.q[k], states.v[k], states.u[k], 0.0).mobility;
     missing += (mobility * states.missing_torque[k]).array().square() / count;
     input += states.u[k].array().square() / count;

@@ -40,7 +40,8 @@ const labels_of = list => {  // of ticks: as few digits as tell them apart
   }
 };
 const percent = x => (100 * x).toFixed(x >= 0.0995 ? 0 : 1) + "\u00a0%";
-const words = name => name.replaceAll("_", " ").replace(/@(\d+)/g, " in joint $1");
+const words = name =>
+    name.replaceAll("_", " ").replace(/@(\d+)/g, " in joint $1").replace(/#(\d+)/g, " of recording $1");
 const numbered = (name, j, joints) => joints > 1 ? name + (j + 1) : name;
 const with_unit = (text, unit) => unit ? `${text} (${unit})` : text;
 const range = lists => {  // of numbers, leaving out what is missing

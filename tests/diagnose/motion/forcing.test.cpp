@@ -103,6 +103,19 @@ E example(const Swings& swings, int joint) {
 
 }  // namespace
 
+TEST_CASE("What acts in one recording does nothing in another, alone or in a set", "[diagnose][motion]") {
+  const Swings swings(kArm);
+  const Forcing forcing = swings.forcing();
+  for (const std::size_t r : {std::size_t{0}, std::size_t{1}}) {
+    const int there = static_cast<int>(r), elsewhere = 1 - there;
+    CHECK(forcing.measured({RecordingOffset{{0.2}}, 1, elsewhere}, r).isZero(0.0));
+    CHECK(forcing.measured({RecordingOffset{{0.2}}, 1, there}, r).col(1).isApproxToConstant(0.2, 1e-12));
+    const std::vector<Effect> gain{{RecordingGain{{0.7}}, 0, there}, {RecordingGain{{3.0}}, 0, elsewhere}};
+    CHECK(forcing.acceleration(gain, r) == forcing.acceleration(Effect{InputGain{0.7}, 0}, r));
+    CHECK(forcing.acceleration(gain[1], r).isZero(0.0));
+  }
+}
+
 TEST_CASE("A torque of any form accelerates by its mean over each step", "[diagnose][motion]") {
   const Swings swings(kArm);
   const Forcing forcing = swings.forcing();

@@ -64,10 +64,11 @@ TEST_CASE("A signal may be given by the number of its column, unless a column is
 }
 
 TEST_CASE("A temperature is read in degrees Celsius, of one joint or of all, where it is there", "[diagnose]") {
-  std::string csv = "t,q,p,u,w,T,hot,none\n";
+  std::string csv = "t,q,p,u,w,T,hot,none,even,odd\n";
   for (int k = 0; k < 20; ++k) {
     csv += std::to_string(2 + k) + ",0,0,0,0," + (k % 5 == 2 ? std::to_string(68 + 9 * k) : "") + "," +
-           std::to_string(300 + k) + ",\n";
+           std::to_string(300 + k) + ",," + (k % 2 == 0 ? std::to_string(k + 2) + "," : "," + std::to_string(k + 2)) +
+           "\n";
   }
   Signals signals = example_signals();
   signals.position.emplace_back(PositionSignal{column("p")});
@@ -76,10 +77,10 @@ TEST_CASE("A temperature is read in degrees Celsius, of one joint or of all, whe
   signals.temperature = {column("T")};
   signals.temperature[0].unit = "degF";
   const Measured one = read_text(csv, signals);  // (68 + 9 k) degrees Fahrenheit at every fifth second
-  CHECK(one.temperature->time == std::vector<double>{2.0, 7.0, 12.0, 17.0});
   for (int joint = 0; joint < 2; ++joint) {
     for (const double t : {2.0, 4.5, 17.0}) CHECK(one.temperature->at(joint, t) == Approx(20.0 + 5.0 * t));
     CHECK(one.temperature->at(joint, 0.0) == Approx(30.0));
+    CHECK(read_text(csv, signals, between_times(5.0, 13.5)).temperature->at(joint, 2.0) == Approx(55.0));
   }
   signals.temperature.push_back(column("hot"));
   signals.temperature[1].unit = "K";
@@ -87,10 +88,18 @@ TEST_CASE("A temperature is read in degrees Celsius, of one joint or of all, whe
   CHECK(both.temperature->at(0, 7.0) == Approx(55.0));
   CHECK(both.temperature->at(1, 7.0) == Approx(307.0 - 273.15));
 
+  for (const char* name : {"odd", "even"}) {  // joints logged in turn
+    signals.temperature[name[0] == 'o'] = column(name);
+    signals.temperature[name[0] == 'o'].unit = "degC";
+  }
+  CHECK(read_text(csv, signals).temperature->at(0, 8.5) == Approx(10.5));
+  CHECK(read_text(csv, signals).temperature->at(1, 8.5) == Approx(10.5));
+
   signals.temperature = {column("cold")};
   CHECK_THAT(read_error(csv, signals), Catch::Contains("no column 'cold'"));
   signals.temperature = {column("none")};
-  CHECK_THAT(read_error(csv, signals), Catch::Contains("column 'none' has no number"));
+  CHECK_THAT(read_error(csv, signals), Catch::Contains("column 'none' has no number in it"));
+  CHECK_THAT(read_error(csv, signals, between_times(4.0)), Catch::Contains("no number between from and to"));
 }
 
 TEST_CASE("A noisy temperature is averaged over a second, and keeps its trend up to its ends", "[diagnose]") {

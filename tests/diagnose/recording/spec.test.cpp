@@ -183,6 +183,10 @@ TEST_CASE("What depends on the temperature is looked for where that is recorded,
              Catch::Contains(":5:18: thermal_friction needs signals.temperature"));
   CHECK_THAT(error_of([&] { looked_for(", temperature: [T, S]", ""); }),
              Catch::Contains("temperature needs one column, or one per joint, 1"));
+  CHECK_THAT(error_of([&] { looked_for(", temperature: {column: T, unit: rad}", ""); }),
+             Catch::Contains("temperature in rad: a temperature is in degC, degF or K"));
+  CHECK_THAT(error_of([&] { read_spec_text(replaced(kSpec, "unit: mrad", "unit: degF")); }),
+             Catch::Contains("that is a temperature's unit"));
 }
 
 TEST_CASE("A value that a spec of a diagnosis cannot have is shown at its place", "[diagnose]") {

@@ -100,6 +100,25 @@ TEST_CASE("Another zero and another strength in one recording each are found the
   CHECK_THAT(sentence(d), Catch::Contains("recording offset of 1.csv"));
 }
 
+TEST_CASE("Zeros that were set anew before two recordings of three are both found", "[diagnose][slow]") {
+  const Diagnosis d =
+      diagnosed_of({{}, {.offset = 0.08}, {.offset = -0.06}, {}}, false, "", "effects: [usual, recording_offset]\n")
+          .diagnosis;
+  INFO(to_json(d).dump(1));
+  CHECK(d.verdict == Verdict::named);
+  REQUIRE(d.explanation.effects.size() == 2);
+  for (const ExplainedEffect& effect : d.explanation.effects) {
+    CHECK(effect.name == "recording_offset");
+    CHECK(value_of(effect, "angle") == Approx(effect.recording == "1.csv" ? 0.08 : -0.06).margin(0.002));
+  }
+  CHECK(d.explanation.effects[0].recording != d.explanation.effects[1].recording);
+  for (const char* name : {"recording_offset@1#2", "recording_offset@1#3"}) {
+    REQUIRE(d.inclusion.find(name) != nullptr);
+    CHECK(*d.inclusion.find(name) > 0.9);
+    CHECK(*d.inclusion.find(name) <= 1.0 + 1e-9);
+  }
+}
+
 TEST_CASE("Drag that falls with a recorded temperature is named without being asked for", "[diagnose][slow]") {
   const std::vector<Peculiar> warming{
       {.begin = 18.0, .end = 30.0}, {.begin = 28.0, .end = 45.0}, {.begin = 15.0, .end = 40.0}};
