@@ -348,7 +348,9 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     diagnosis.fit.held_out = other.errors;
     left = left.cwiseMax(other.left(found.explanation.noise));
   }
-  hold_to_account(diagnosis, motion_rms(data));
+  const Eigen::VectorXd held_out_noise = held_out.empty() ? Eigen::VectorXd::Zero(1) : noise_level(held_out);
+  hold_to_account(diagnosis, motion_rms(data),
+                  std::sqrt(held_out_noise.squaredNorm() / static_cast<double>(held_out_noise.size())));
   doubt_beside_remainder(diagnosis);
   const Explanation& explanation = found.explanation;
   std::vector<Effect> unconfirmed;

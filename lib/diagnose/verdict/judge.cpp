@@ -40,15 +40,16 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
 
 std::string amount(double error, const FitFigures& fit) { return format(error, 3) + " " + fit.unit; }
 
-/// Why held-out recordings contradict what explains the others; empty where they do not.
-std::string refutation(const FitFigures& fit) {
+/// Why held-out recordings contradict what explains the others; empty where they do not. `noise`: of their sensor.
+std::string refutation(const FitFigures& fit, double noise) {
   const FitErrors& errors = fit.held_out;
-  if (!errors.after || *errors.after < kSettings.verdict.held_out * fit.noise_floor) return "";
-  const auto share = [&](const FitErrors& of) {
-    return beyond_noise(*of.after, fit.noise_floor) / std::max(beyond_noise(*of.refit, fit.noise_floor), 1e-300);
+  if (!errors.after || *errors.after < kSettings.verdict.held_out * noise) return "";
+  const auto share = [](const FitErrors& of, double floor) {
+    return beyond_noise(*of.after, floor) / std::max(beyond_noise(*of.refit, floor), 1e-300);
   };
-  if (share(errors) < kSettings.verdict.held_out_share) return "";
-  if (fit.train.after && share(errors) < kSettings.verdict.held_out_more * share(fit.train)) return "";
+  if (share(errors, noise) < kSettings.verdict.held_out_share) return "";
+  if (fit.train.after && share(errors, noise) < kSettings.verdict.held_out_more * share(fit.train, fit.noise_floor))
+    return "";
   return "held-out recordings contradict what explains the others: there it errs by " + amount(*errors.after, fit) +
          ", the model without it by " + amount(*errors.refit, fit);
 }
@@ -102,10 +103,11 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   return result;
 }
 
-void hold_to_account(Diagnosis& diagnosis, double motion) {
+void hold_to_account(Diagnosis& diagnosis, double motion, double held_out_noise) {
   const bool stated = diagnosis.verdict == Verdict::named || diagnosis.verdict == Verdict::ambiguous;
   if (!stated && diagnosis.verdict != Verdict::unknown) return;
-  const std::string refuted = stated ? refutation(diagnosis.fit) : "";
+  const std::string refuted =
+      stated ? refutation(diagnosis.fit, std::max(diagnosis.fit.noise_floor, held_out_noise)) : "";
   const std::string trivial = refuted.empty() ? triviality(diagnosis.fit, motion) : "";
   if (refuted.empty() && trivial.empty()) return;
   if (stated) {

@@ -56,7 +56,8 @@ Judgement judge(const Search& search, const Missing& missing, double p_given);
 /// neither within the noise nor small beside what the nominal leaves. Nor is one that predicts hardly better than a
 /// curve that knows no physics, unless it leaves little more than the noise or little of the motion, whose RMS is
 /// given. Its effects are then no more credible than experience says, unless it is better than that curve after all.
-void hold_to_account(Diagnosis& diagnosis, double motion);
+/// `held_out_noise`: standard deviation of the sensor in held-out recordings, where that is more than in the others.
+void hold_to_account(Diagnosis& diagnosis, double motion, double held_out_noise = 0.0);
 
 /// What takes away hardly more than is left unexplained may stand for a part of that, and is not named.
 void doubt_beside_remainder(Diagnosis& diagnosis);

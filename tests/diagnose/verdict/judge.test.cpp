@@ -154,6 +154,21 @@ TEST_CASE("What explains hardly more than no physics does is no explanation", "[
   }
 }
 
+TEST_CASE("A held-out recording of a noisier sensor does not contradict by its noise", "[diagnose]") {
+  const auto verdict = [](double held_out_noise) {
+    Diagnosis d;
+    d.verdict = Verdict::named;
+    d.fit.noise_floor = 1e-3;
+    d.fit.train = {0.01, 0.01, 1e-3, {}, 1.0};
+    d.fit.held_out = {0.0101, 0.0101, 0.0099, {}, 1.0};  // the effect hardly shows beside so much noise
+    hold_to_account(d, 1.0, held_out_noise);
+    return d.verdict;
+  };
+  CHECK(verdict(0.0) == Verdict::unknown);
+  CHECK(verdict(1e-3) == Verdict::unknown);
+  CHECK(verdict(0.0098) == Verdict::named);
+}
+
 TEST_CASE("What is left of held-out recordings alone contradicts, what is left everywhere does not", "[diagnose]") {
   const auto verdict = [](double train, double held_out) {
     Diagnosis d;
