@@ -73,6 +73,10 @@ std::vector<Effect> in_new_recordings(std::vector<Effect> effects) {
   return effects;
 }
 
+bool feel_temperature(const std::vector<Effect>& effects) {
+  return std::ranges::any_of(effects, [](const Effect& effect) { return effect.form.roles().feels_temperature; });
+}
+
 double spring_torque(const std::vector<Effect>& effects, int joint, double position) {
   double torque = 0.0;
   for (const Effect& effect : effects) {

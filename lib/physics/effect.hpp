@@ -257,6 +257,8 @@ bool same_place(const Effect& a, const Effect& b);
 std::vector<Effect> acting_in(const std::vector<Effect>& effects, std::size_t recording);
 std::vector<Effect> in_new_recordings(std::vector<Effect> effects);
 
+bool feel_temperature(const std::vector<Effect>& effects);
+
 /// Torque of the springs among the effects of one joint at a position of it.
 double spring_torque(const std::vector<Effect>& effects, int joint, double position);
 

@@ -5,6 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/vector.hpp"
+
 namespace bayesctrl {
 
 /// Degrees Celsius, where none is recorded, and at which coefficients hold.
@@ -27,5 +29,12 @@ struct Temperature {
 
 /// None: not recorded.
 using RecordedTemperature = std::shared_ptr<const Temperature>;
+
+/// Of all joints; empty where it is not recorded.
+inline JointVector celsius_at(const RecordedTemperature& temperature, double t) {
+  JointVector celsius(temperature ? temperature->celsius.cols() : 0);
+  for (int j = 0; j < celsius.size(); ++j) celsius[j] = temperature->at(j, t);
+  return celsius;
+}
 
 }  // namespace bayesctrl

@@ -154,8 +154,7 @@ std::optional<Recorded> record(const Hidden& machine, const Plant& nominal, Task
     if (task == Task::release && floats(machine.plant)) start[n + j] = draw_uniform(random, 0.5, 1.5);
   }
 
-  const auto feels = [](const Effect& effect) { return effect.form.roles().feels_temperature; };
-  if (std::ranges::any_of(machine.effects, feels)) result.temperature = warming(result.time, n, random);
+  if (feel_temperature(machine.effects)) result.temperature = warming(result.time, n, random);
   result.position = result.truth = result.input = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(samples), n);
   result.state.resize(static_cast<Eigen::Index>(samples), 2 * n);
   const Machine simulator(machine.plant, acting_in(machine.effects, static_cast<std::size_t>(number)), {},

@@ -80,10 +80,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
           p.motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
         }
-        if (m.temperature) {
-          p.temperature.resize(joints_);
-          for (int j = 0; j < joints_; ++j) p.temperature[j] = m.temperature->at(j, p.time);
-        }
+        p.celsius = celsius_at(m.temperature, p.time);
         list.push_back(std::move(p));
       }
     }
@@ -102,7 +99,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
 /// What a joint's torques depend on; springs `beside` load it.
 JointState Forcing::seen(const Point& p, int j, const std::vector<Effect>& beside) const {
   const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
-  const double temperature = p.temperature.size() > 0 ? p.temperature[j] : kReferenceTemperature;
+  const double temperature = p.celsius.size() > 0 ? p.celsius[j] : kReferenceTemperature;
   return {p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)], 0.0, temperature};
 }
 

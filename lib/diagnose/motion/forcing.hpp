@@ -65,7 +65,7 @@ class Forcing {
     JointVector held;  // missing torque of joints at rest, else 0
     std::array<bool, kMaxJoints> rests{};
     JointMatrix mobility;
-    JointVector temperature;  // where it is recorded
+    JointVector celsius;  // where it is recorded
   };
   JointState seen(const Point& point, int joint, const std::vector<Effect>& beside) const;
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;

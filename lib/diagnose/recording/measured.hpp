@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -62,6 +63,11 @@ std::string no_window(const std::vector<Measured>& data, double length);
 /// (divided) differences of unit weight of neighbouring samples, not below a quantum / sqrt(12). Valid at 15 or more
 /// samples per fastest period.
 Eigen::VectorXd noise_level(const std::vector<Measured>& data);
+
+/// Root mean square over the joints; 0 of none.
+inline double rms(const Eigen::VectorXd& values) {
+  return values.size() > 0 ? values.norm() / std::sqrt(static_cast<double>(values.size())) : 0.0;
+}
 
 /// Mean frequency of the motion, Hz: RMS speed over RMS position, of the fastest joint.
 double mean_frequency(const std::vector<Measured>& data, const Eigen::VectorXd& noise);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "diagnose/motion/spectrum.hpp"
 #include "diagnose/settings.hpp"

@@ -43,7 +43,7 @@ struct Explanation {
   bool too_coarse = false;  // too many samples were left out: the search ended there
 
   /// Over all joints, RMS.
-  double noise_rms() const { return noise.norm() / std::sqrt(static_cast<double>(noise.size())); }
+  double noise_rms() const { return rms(noise); }
 
   const Candidate& best() const { return candidates.front(); }
   /// The candidate of a set; null where it was not fitted.

@@ -218,7 +218,7 @@ Residual test_residuals(const Search& search, const AsGiven& given) {
 /// Whether there is something to explain, and a model to explain it with: else the reason is stated.
 bool can_be_explained(const DiagnosisSpec& spec, const std::vector<Measured>& recordings, const Eigen::VectorXd& noise,
                       Diagnosis& diagnosis) {
-  diagnosis.fit.noise_floor = noise.norm() / std::sqrt(static_cast<double>(noise.size()));
+  diagnosis.fit.noise_floor = rms(noise);
   diagnosis.reason = too_little(recordings, noise);
   if (!diagnosis.reason.empty()) return false;
   const bool simulations = std::any_of(spec.recordings.begin(), spec.recordings.end(),
@@ -348,9 +348,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
     diagnosis.fit.held_out = other.errors;
     left = left.cwiseMax(other.left(found.explanation.noise));
   }
-  const Eigen::VectorXd held_out_noise = held_out.empty() ? Eigen::VectorXd::Zero(1) : noise_level(held_out);
-  hold_to_account(diagnosis, motion_rms(data),
-                  std::sqrt(held_out_noise.squaredNorm() / static_cast<double>(held_out_noise.size())));
+  hold_to_account(diagnosis, motion_rms(data), held_out.empty() ? 0.0 : rms(noise_level(held_out)));
   doubt_beside_remainder(diagnosis);
   const Explanation& explanation = found.explanation;
   std::vector<Effect> unconfirmed;

@@ -135,8 +135,7 @@ ordered_json model_json(const DiagnosisSpec& spec, const Corrected& model, const
   plant["effects"] = effects;
   object["model"] = plant;
   Signals signals = spec.signals;
-  const auto feels = [](const Effect& effect) { return effect.form.roles().feels_temperature; };
-  if (std::ranges::none_of(model.effects, feels)) signals.temperature.clear();
+  if (!feel_temperature(model.effects)) signals.temperature.clear();
   object["signals"] = to_json(signals);
   object["horizon_s"] = spec.horizon;
   return object;

@@ -27,8 +27,7 @@ ModelFile read_model_file(const Node& root) {
   if (static_cast<int>(file.signals.position.size()) != joints(file.model.plant)) {
     throw SpecError(root.find("signals")->value.where, "signals and plant differ in their number of joints");
   }
-  const auto feels = [](const Effect& effect) { return effect.form.roles().feels_temperature; };
-  if (file.signals.temperature.empty() && std::ranges::any_of(file.model.effects, feels)) {
+  if (file.signals.temperature.empty() && feel_temperature(file.model.effects)) {
     throw SpecError(root.find("signals")->value.where,
                     "an effect of the model depends on a temperature: add that signal");
   }

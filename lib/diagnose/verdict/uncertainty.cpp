@@ -26,12 +26,7 @@ Visited visited(const std::vector<Measured>& data, const std::vector<Trajectory>
       list.v.emplace_back(smoothed[r].velocity.row(k).transpose());
       list.u.emplace_back(data[r].input.row(k).transpose());
       list.missing_torque.emplace_back(smoothed[r].missing_torque.row(k).transpose());
-      JointVector& celsius = list.celsius.emplace_back();
-      if (!data[r].temperature) continue;
-      celsius.resize(data[r].position.cols());
-      for (int j = 0; j < celsius.size(); ++j) {
-        celsius[j] = data[r].temperature->at(j, data[r].time[static_cast<std::size_t>(k)]);
-      }
+      list.celsius.push_back(celsius_at(data[r].temperature, data[r].time[static_cast<std::size_t>(k)]));
     }
   }
   return list;

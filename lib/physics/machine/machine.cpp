@@ -16,7 +16,6 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
       tilt_(JointSlots::Zero()),
       lag_(JointSlots::Zero()),
       reach_(JointSlots::Zero()) {
-  bool feels_temperature = false;
   for (const Effect& effect : effects_) {
     const EffectForm& form = effect.form;
     const EffectRoles& roles = form.roles();
@@ -28,14 +27,13 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     tilt_[effect.joint] += form.tilt();
     if (roles.play) reach_[effect.joint] = form.follow(0.0, kInfinity);
     bears_load_ |= roles.feels_load;
-    feels_temperature |= roles.feels_temperature;
     load_drives_hidden_ |= roles.feels_load && roles.hidden_state;
     hidden_settle_ &= !roles.hidden_state || roles.settles;
     slots_.push_back(hidden_count_);
     hidden_count_ += form.law().hidden_count;
   }
   if (hidden_count_ > kMaxHidden) throw std::invalid_argument("more hidden states than a machine may have");
-  if (feels_temperature) temperature_ = std::move(temperature);
+  if (feel_temperature(effects_)) temperature_ = std::move(temperature);
   has_added_inertia_ = added_inertia_.any();
   has_tilt_ = tilt_.any();
   std::sort(switch_times_.begin(), switch_times_.end());
