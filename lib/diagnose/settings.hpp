@@ -242,6 +242,7 @@ struct SearchSettings {
   double nested = 2000.0;
   double convergence = 0.5;
   double lost = 10.0;
+  double irreplaceable = 0.05;
 
   static void fields(auto& self, auto&& field) {
     field("expected_effects", self.expected_effects,
@@ -327,6 +328,9 @@ struct SearchSettings {
     field("lost", self.lost,
           {kPositive, "SSE of the best",
            "a set that leaves more is not fitted about the next motion, nor after one step from a set that holds it"});
+    field("irreplaceable", self.irreplaceable,
+          {kPositive, "of the squares that an effect does",
+           "left by the others in its place: a part that lacks it is as lost"});
   }
 };
 

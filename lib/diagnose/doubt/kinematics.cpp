@@ -37,10 +37,12 @@ struct Filter {
 
   /// Filtered columns.
   Eigen::MatrixXd operator()(const Eigen::VectorXd& weights, const Eigen::MatrixXd& signal) const {
-    const Eigen::Index count = rows(signal.rows());
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count, signal.cols());
-    for (Eigen::Index i = 0; i <= 2 * reach; ++i) {
-      result += weights[2 * reach - i] * signal(Eigen::seqN(i, count, stride), Eigen::all);
+    const Eigen::VectorXd turned = weights.reverse();
+    Eigen::MatrixXd result(rows(signal.rows()), signal.cols());
+    for (Eigen::Index j = 0; j < result.cols(); ++j) {
+      for (Eigen::Index i = 0; i < result.rows(); ++i) {
+        result(i, j) = turned.dot(signal.col(j).segment(i * stride, turned.size()));
+      }
     }
     return result;
   }

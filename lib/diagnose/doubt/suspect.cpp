@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/format.hpp"
@@ -38,13 +39,16 @@ Impression impression(const Doubt& doubt, const Scene& scene, const Eye& eye) {
   }
   if (!doubt.continuous || !std::isfinite(best.left)) return best;
   constexpr double kPart = 0.6180339887498949;
+  const auto at = [&](double x) { return left_with(doubt, scene, eye, std::exp(x)); };
   double low = std::log(best.value) - 0.3, high = std::log(best.value) + 0.3;
+  double a = high - kPart * (high - low), b = low + kPart * (high - low), left_a = at(a), left_b = at(b);
   for (int i = 0; i < 14; ++i) {
-    const double a = high - kPart * (high - low), b = low + kPart * (high - low);
-    if (left_with(doubt, scene, eye, std::exp(a)) < left_with(doubt, scene, eye, std::exp(b))) {
-      high = b;
+    if (left_a < left_b) {
+      high = std::exchange(b, a);
+      left_b = std::exchange(left_a, at(a = high - kPart * (high - low)));
     } else {
-      low = a;
+      low = std::exchange(a, b);
+      left_a = std::exchange(left_b, at(b = low + kPart * (high - low)));
     }
   }
   const double value = std::exp(0.5 * (low + high)), left = left_with(doubt, scene, eye, value);
@@ -137,15 +141,16 @@ double motion_rms(const std::vector<Measured>& data) {
   return std::sqrt(squares / count);
 }
 
-std::vector<Impression> impressions(const std::vector<Doubt>& doubts, const Scene& scene) {
+FirstLook first_look(const Subject& subject, const Scene& scene) {
   const Scene part = glimpse(scene);
   const Observer observer(part.data);
-  std::vector<Impression> list;
-  for (const Doubt& doubt : doubts) {
-    list.push_back(doubt.in_samples ? impression(doubt, scene, observe) : impression(doubt, part, std::cref(observer)));
+  FirstLook result{all_doubts(subject), {}, unexplained(scene), answer_to_input(part.plant, observe(part.data)).none()};
+  for (const Doubt& doubt : result.doubts) {
+    result.impressions.push_back(doubt.in_samples ? impression(doubt, scene, observe)
+                                                  : impression(doubt, part, std::cref(observer)));
   }
-  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.left < b.left; });
-  return list;
+  std::ranges::stable_sort(result.impressions, {}, &Impression::left);
+  return result;
 }
 
 bool switches_input_off(const Fit& fit, const std::vector<Measured>& data) {
@@ -181,7 +186,7 @@ std::optional<Suspicion> no_answer(const Subject& subject, const Scene& scene, d
                                    const Look& look) {
   Scene undriven = scene;
   for (Measured& m : undriven.data) m.input.setZero();
-  const std::optional<Looked> seen = look(undriven, "input_column");
+  const std::optional<Looked> seen = look(undriven, "input_column", true);
   if (!seen) return std::nullopt;
   const double odds = best_of(given.explanation).nats - best_of(seen->explanation).nats;
   if (odds < -kSettings.doubt.certain) return std::nullopt;  // it does explain something
@@ -214,6 +219,91 @@ std::optional<Suspicion> undone(const Subject& subject, const Scene& scene, doub
   return suspicion;
 }
 
+/// What is known before mistakes are looked at, and each mistake weighed against it.
+class Weighing {
+ public:
+  Weighing(const Subject& subject, const Scene& scene, const FirstLook& first, double nominal,
+           const std::optional<Looked>& given, const Look& look)
+      : subject_(subject), scene_(scene), first_(first), nominal_(nominal), given_(given), look_(look) {
+    if (!given) return;
+    before_ = best_of(given->explanation);
+    nonsense_ = implausible(given->explanation.best().fit, scene.data);
+  }
+
+  const Worth& before() const { return before_; }
+  bool poor() const { return given_ && (nonsense_ || before_.left > kSettings.doubt.far_better); }
+
+  /// Whether a mistake can be more than listed: where plausible physics leaves little it cannot leave far less.
+  bool may_decide(const Impression& impression) const {
+    const bool imitated = first_.as_it_is > kSettings.doubt.gross && clear(impression);
+    return !given_ || nonsense_ || impression.doubt->other_noise || imitated ||
+           before_.left > kSettings.doubt.far_better;
+  }
+
+  /// Whether a mistake explains nearly all of the accelerations.
+  bool clear(const Impression& impression) const {
+    return impression.left < kSettings.doubt.near_nothing * std::min(1.0, first_.as_it_is);
+  }
+
+  struct Found {
+    Suspicion suspicion;
+    double nats;
+    bool decisive;
+  };
+
+  /// What a search without the mistake says of it; nothing where physics is as probable.
+  std::optional<Found> operator()(const Impression& impression) const {
+    const Doubt& doubt = *impression.doubt;
+    if (doubt.resizes_input && first_.unanswered) return std::nullopt;
+    Scene mended = scene_;
+    doubt.mend(mended, impression.value);
+    const std::optional<Looked> seen = look_(mended, doubt.premise(impression.value), may_decide(impression));
+    if (!seen) return std::nullopt;
+    const Worth now = best_of(seen->explanation);
+    const bool physical = !doubt.parameter.empty();
+    const double prior = physical ? 0.0 : kSettings.doubt.prior;
+    const bool number = doubt.continuous && !physical;  // a parameter is among those of the fit
+    const double against = prior + (number ? kSettings.doubt.per_number : 0.0);
+    // Without a search as it is, or with noise of another kind, errors are compared: the noise's size integrated out.
+    const double as_given = given_                    ? given_->relative()
+                            : std::isfinite(nominal_) ? nominal_ / motion_rms(scene_.data)
+                                                      : 1.0;
+    const double lower = as_given / seen->relative();
+    const bool by_noise = given_ && !doubt.other_noise;
+    const double odds = (by_noise ? before_.nats * seen->explanation.rows / given_->explanation.rows - now.nats
+                                  : seen->explanation.rows * std::log(lower)) -
+                        against;
+    if (!(odds > 0.0)) return std::nullopt;
+    Suspicion suspicion{doubt.what, "", if_finite(nominal_), seen->error, odds, {}};
+    for (const Effect& effect : now.fit->effects) suspicion.effects.push_back(label(effect, subject_.joints()));
+    double value = impression.value;
+    if (physical) value = parameter(now.fit->plant, doubt.parameter) / parameter(scene_.plant, doubt.parameter);
+    suspicion.sentence = doubt.premise(value) + " " +
+                         text_of(nominal_, suspicion.after, subject_.position_units.front()) + ": " +
+                         doubt.advice(value);
+    const double better = by_noise ? before_.left / now.left : lower;
+    // Physics that imitates a mistake as well as that needs a number for each of its accidents.
+    const bool imitated = better > 0.8 && (nonsense_ || (first_.as_it_is > kSettings.doubt.gross && clear(impression)));
+    const bool far = given_ ? better > kSettings.doubt.far_better || imitated
+                            : clear(impression) && (doubt.other_noise || now.left < kSettings.doubt.adequate);
+    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit.
+    const bool resized = std::abs(std::log(std::abs(value))) > std::log(kSettings.doubt.other_unit);
+    const bool mistake = !physical || (!given_ && (resized || !std::isfinite(nominal_)));
+    const bool certain = odds > kSettings.doubt.certain && mistake && !implausible(*now.fit, mended.data);
+    return Found{std::move(suspicion), now.nats + against, far && certain};
+  }
+
+ private:
+  const Subject& subject_;
+  const Scene& scene_;
+  const FirstLook& first_;
+  double nominal_;
+  const std::optional<Looked>& given_;
+  const Look& look_;
+  Worth before_;
+  bool nonsense_ = false;
+};
+
 }  // namespace
 
 double unexplained(const Scene& scene) {
@@ -221,78 +311,34 @@ double unexplained(const Scene& scene) {
   return unexplained(part.plant, observe(part.data));
 }
 
-Suspected suspect(const Subject& subject, const Scene& scene, double nominal, const std::optional<Looked>& given,
-                  const Look& look) {
-  const std::vector<Doubt> doubts = all_doubts(subject);
-  const double as_it_is = unexplained(scene);
-  const bool nonsense = given && implausible(given->explanation.best().fit, scene.data);
-  const Worth before = given ? best_of(given->explanation) : Worth{};
-  struct Found {
-    Suspicion suspicion;
-    double nats;
-    bool decisive;
-  };
-  const bool off = given && switches_input_off(given->explanation.best().fit, scene.data);
-  const bool poor = given && (nonsense || before.left > kSettings.doubt.far_better);
-  const Scene part = glimpse(scene);
-  const bool unanswered = answer_to_input(part.plant, observe(part.data)).none();
-  std::vector<Found> found;
-  for (const Impression& impression : worth_a_look(impressions(doubts, scene), as_it_is)) {
-    const Doubt& doubt = *impression.doubt;
-    if (doubt.resizes_input && unanswered) continue;
-    Scene mended = scene;
-    doubt.mend(mended, impression.value);
-    const std::optional<Looked> seen = look(mended, doubt.premise(impression.value));
-    if (!seen) continue;
-    const Worth now = best_of(seen->explanation);
-    const bool physical = !doubt.parameter.empty();
-    const double prior = physical ? 0.0 : kSettings.doubt.prior;
-    const bool number = doubt.continuous && !physical;  // a parameter is among those of the fit
-    const double against = prior + (number ? kSettings.doubt.per_number : 0.0);
-    // Without a search as it is, or with noise of another kind, errors are compared: the noise's size integrated out.
-    const double as_given = given ? given->relative() : std::isfinite(nominal) ? nominal / motion_rms(scene.data) : 1.0;
-    const double lower = as_given / seen->relative();
-    const bool by_noise = given && !doubt.other_noise;
-    const double odds = (by_noise ? before.nats * seen->explanation.rows / given->explanation.rows - now.nats
-                                  : seen->explanation.rows * std::log(lower)) -
-                        against;
-    if (!(odds > 0.0)) continue;
-    Suspicion suspicion{doubt.what, "", if_finite(nominal), seen->error, odds, {}};
-    for (const Effect& effect : now.fit->effects) suspicion.effects.push_back(label(effect, subject.joints()));
-    double value = impression.value;
-    if (physical) value = parameter(now.fit->plant, doubt.parameter) / parameter(scene.plant, doubt.parameter);
-    suspicion.sentence = doubt.premise(value) + " " +
-                         text_of(nominal, suspicion.after, subject.position_units.front()) + ": " + doubt.advice(value);
-    const double better = by_noise ? before.left / now.left : lower;
-    // Physics that imitates a mistake as well as that needs a number for each of its accidents.
-    const bool clear = impression.left < kSettings.doubt.near_nothing * std::min(1.0, as_it_is);
-    const bool imitated = better > 0.8 && (nonsense || (as_it_is > kSettings.doubt.gross && clear));
-    const bool far = given ? better > kSettings.doubt.far_better || imitated
-                           : clear && (doubt.other_noise || now.left < kSettings.doubt.adequate);
-    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit.
-    const bool resized = std::abs(std::log(std::abs(value))) > std::log(kSettings.doubt.other_unit);
-    const bool mistake = !physical || (!given && (resized || !std::isfinite(nominal)));
-    const bool certain = odds > kSettings.doubt.certain && mistake && !implausible(*now.fit, mended.data);
-    found.push_back({std::move(suspicion), now.nats + against, far && certain});
+Suspected suspect(const Subject& subject, const Scene& scene, const FirstLook& first, double nominal,
+                  const std::optional<Looked>& given, const Look& look, bool only_decisive) {
+  const Weighing weighing(subject, scene, first, nominal, given, look);
+  std::vector<Weighing::Found> found;
+  const auto decided = [&] { return std::ranges::any_of(found, &Weighing::Found::decisive); };
+  std::vector<Impression> list = worth_a_look(first.impressions, first.as_it_is);
+  // Before physics was searched only a clear one can decide.
+  const auto others = std::ranges::stable_partition(list, [&](const Impression& i) { return weighing.clear(i); });
+  for (auto at = list.begin(); at != list.end(); ++at) {
+    if (only_decisive && at >= others.begin() && !decided()) break;
+    if (std::optional<Weighing::Found> one = weighing(*at)) found.push_back(std::move(*one));
   }
-  const bool known = std::any_of(found.begin(), found.end(), [](const Found& f) { return f.decisive; });
-  if (!known && (off || (poor && unanswered))) {
+  const bool off = given && switches_input_off(given->explanation.best().fit, scene.data);
+  if (!decided() && (off || (weighing.poor() && first.unanswered))) {
     if (std::optional<Suspicion> none = no_answer(subject, scene, nominal, *given, look)) {
       found.push_back({std::move(*none), -kInfinity, true});
     }
   }
-  const bool answered = std::any_of(found.begin(), found.end(), [](const Found& f) { return f.decisive; });
-  if (given && !answered) {
+  if (given && !decided()) {
     if (std::optional<Suspicion> one = undone(subject, scene, nominal, *given)) {
-      found.push_back({std::move(*one), before.nats, true});
+      found.push_back({std::move(*one), weighing.before().nats, true});
     }
   }
-  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
-    return a.decisive != b.decisive ? a.decisive : a.nats < b.nats;
-  });
+  std::ranges::stable_sort(
+      found, [](const auto& a, const auto& b) { return a.decisive != b.decisive ? a.decisive : a.nats < b.nats; });
   Suspected result;
   result.decisive = !found.empty() && found.front().decisive;
-  for (Found& one : found) result.suspicions.push_back(std::move(one.suspicion));
+  for (Weighing::Found& one : found) result.suspicions.push_back(std::move(one.suspicion));
   return result;
 }
 

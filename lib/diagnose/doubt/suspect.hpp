@@ -43,8 +43,9 @@ struct Looked {
   double relative() const { return error / motion; }
 };
 
-/// A search of a scene, which is called something; nothing where the nominal cannot be simulated.
-using Look = std::function<std::optional<Looked>(const Scene&, const std::string& name)>;
+/// A search of a scene, which is called something; nothing where the nominal cannot be simulated. `decides`: more may
+/// follow from it than a suspicion that is listed.
+using Look = std::function<std::optional<Looked>(const Scene&, const std::string& name, bool decides)>;
 
 struct Suspected {
   std::vector<Suspicion> suspicions;  // most probable first
@@ -61,18 +62,26 @@ bool switches_input_off(const Fit& fit, const std::vector<Measured>& data);
 /// The same of a scene, from a part of its samples.
 double unexplained(const Scene& scene);
 
-/// Mistakes of the spec that may explain what physics does not. `nominal`: RMS error of its free runs as given;
-/// `given`: what a search says of the scene as it is, nothing where there was none. A mistake then has to explain all
-/// down to the noise.
-Suspected suspect(const Subject& subject, const Scene& scene, double nominal, const std::optional<Looked>& given,
-                  const Look& look);
-
-/// How well each doubt's best number explains the accelerations, beside the scene as it is: what `suspect` begins with.
+/// How well a doubt's best number explains the accelerations.
 struct Impression {
   const Doubt* doubt = nullptr;
   double value = 0.0;
   double left = 1.0;  // of the accelerations, squares
 };
-std::vector<Impression> impressions(const std::vector<Doubt>& doubts, const Scene& scene);
+
+/// What accelerations alone say of a scene and of all mistakes in it: nothing is simulated.
+struct FirstLook {
+  std::vector<Doubt> doubts;
+  std::vector<Impression> impressions;  // of them, best first
+  double as_it_is = 1.0;                // left of the accelerations, squares
+  bool unanswered = false;              // nothing answers to the input
+};
+FirstLook first_look(const Subject& subject, const Scene& scene);
+
+/// Mistakes of the spec that may explain what physics does not. `nominal`: RMS error of its free runs as given;
+/// `given`: what a search says of the scene as it is, nothing where there was none. A mistake then has to explain all
+/// down to the noise. `only_decisive`: the others are looked at only beside one that is.
+Suspected suspect(const Subject& subject, const Scene& scene, const FirstLook& first, double nominal,
+                  const std::optional<Looked>& given, const Look& look, bool only_decisive = false);
 
 }  // namespace bayesctrl

@@ -84,6 +84,8 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
         list.push_back(std::move(p));
       }
     }
+    std::vector<Along>& joint_by_joint = along_.emplace_back();
+    for (int j = 0; j < joints_; ++j) joint_by_joint.push_back(along(list, j));
   }
   const Eigen::VectorXd torque = torque_scale(plant_, data_);
   double squares = 0.0, samples = 0.0;
@@ -96,12 +98,27 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
   nominal_acceleration_ = std::sqrt(squares / samples);
 }
 
-/// What a joint's torques depend on; springs `beside` load it.
-JointState Forcing::seen(const Point& p, int j, const std::vector<Effect>& beside) const {
-  const double load = p.external[j] + spring_torque(beside, j, p.q[j]);
-  const double temperature = p.celsius.size() > 0 ? p.celsius[j] : kReferenceTemperature;
-  return {p.q[j], p.v[j], p.time, p.motor[j], load, p.q[neighbour_of(j, joints_)], 0.0, temperature};
+Forcing::Along Forcing::along(const std::vector<Point>& points, int j) const {
+  Along result{{}, Eigen::MatrixXd(joints_, static_cast<Eigen::Index>(points.size()))};
+  result.states.reserve(points.size());
+  const int neighbour = neighbour_of(j, joints_);
+  for (const Point& p : points) {
+    result.mobility.col(static_cast<Eigen::Index>(result.states.size())) = p.mobility.col(j);
+    const double celsius = p.celsius.size() > 0 ? p.celsius[j] : kReferenceTemperature;
+    result.states.push_back({p.q[j], p.v[j], p.time, p.motor[j], p.external[j], p.q[neighbour], 0.0, celsius});
+  }
+  return result;
 }
+
+namespace {
+
+/// What a joint's torques depend on where springs `beside` load it.
+JointState loaded(JointState state, int joint, const std::vector<Effect>& beside) {
+  state.external_torque += spring_torque(beside, joint, state.position);
+  return state;
+}
+
+}  // namespace
 
 Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recording,
                                       const std::vector<Effect>& beside) const {
@@ -114,26 +131,34 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
 
   const EffectForm& form = effect.form;
   const EffectRoles& roles = form.roles();
+  const Along& along = along_[recording][static_cast<std::size_t>(j)];
+  const bool springs = roles.feels_load && !beside.empty();
   const auto add = [&](auto&& torque_at) {  // torque in this joint alone
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      result.row(static_cast<Eigen::Index>(i / parts_)) +=
-          (torque_at(points[i]) / static_cast<double>(parts_)) * points[i].mobility.col(j).transpose();
+    std::size_t i = 0;
+    for (Eigen::Index k = 0; i < points.size(); ++k) {
+      for (const std::size_t next = i + parts_; i < next; ++i) {
+        const double torque = torque_at(i) / static_cast<double>(parts_);
+        for (Eigen::Index n = 0; n < joints_; ++n) {
+          result(k, n) += torque * along.mobility(n, static_cast<Eigen::Index>(i));
+        }
+      }
     }
   };
+  const auto seen = [&](std::size_t i) { return springs ? loaded(along.states[i], j, beside) : along.states[i]; };
   if (roles.torque) {
-    add([&](const Point& p) { return form.torque_at(seen(p, j, beside)); });
+    add([&](std::size_t i) { return form.torque_at(seen(i)); });
   } else if (roles.dry_friction) {
-    add([&](const Point& p) {
-      return p.rests[static_cast<std::size_t>(j)] ? 0.0
-                                                  : -form.sliding(seen(p, j, beside)) * soft_sign(p.v[j], p.sd_v[j]);
+    add([&](std::size_t i) {
+      const Point& p = points[i];
+      return p.rests[static_cast<std::size_t>(j)] ? 0.0 : -form.sliding(seen(i)) * soft_sign(p.v[j], p.sd_v[j]);
     });
   } else if (roles.inertia) {
-    add([&](const Point& p) { return -form.added_inertia() * p.qdd[j]; });
+    add([&](std::size_t i) { return -form.added_inertia() * points[i].qdd[j]; });
   } else if (roles.hidden_state) {
     const double h =
         std::min(kSettings.motion.hidden_state_step, (m.time.back() - m.time.front()) / double(steps * parts_));
     const std::function<double(const JointState&)> torque = hidden_torque(form, h);
-    add([&](const Point& p) { return torque(seen(p, j, beside)); });
+    add([&](std::size_t i) { return torque(seen(i)); });
   } else if (roles.tilt) {
     JointVector tilt = JointVector::Zero(joints_);
     tilt[j] = form.tilt();
@@ -167,23 +192,28 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
   const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint,
                     m.fine.get());
   const std::vector<double>& switches = drive.switches();
-  constexpr std::size_t kFine = 8;  // means over a step resolve switches within it
+  const Along& along = along_[recording][static_cast<std::size_t>(joint)];
+  const bool custom = std::holds_alternative<Custom>(plant_);
   std::size_t segment = 0;
   for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
-    const double h = m.time[k + 1] - m.time[k];
-    double mean = 0.0;
-    for (std::size_t i = 0; i < kFine; ++i) {
-      const double t = m.time[k] + h * (static_cast<double>(i) + 0.5) / kFine;
+    double sum = 0.0;  // over the step, from switch to switch
+    for (double t = m.time[k], until = t; t < m.time[k + 1]; t = until) {
       while (segment + 1 < switches.size() && switches[segment + 1] <= t) ++segment;
-      mean += drive.at(segment, t) / kFine;
+      until = segment + 1 < switches.size() ? std::min(switches[segment + 1], m.time[k + 1]) : m.time[k + 1];
+      sum += drive.over(segment, t, until - t).middle * (until - t);
     }
-    const Point& p = points[k * parts_ + parts_ / 2];
-    JointVector changed = p.u;
-    changed[joint] = mean;
-    const JointVector difference = std::holds_alternative<Custom>(plant_)
-                                       ? JointVector(motion(plant_, p.q, p.v, changed, p.time).acceleration - p.nominal)
-                                       : JointVector(p.mobility.col(joint) * (mean - p.u[joint]));
-    result.row(static_cast<Eigen::Index>(k)) = difference.transpose();
+    const double mean = sum / (m.time[k + 1] - m.time[k]);
+    const std::size_t point = k * parts_ + parts_ / 2;
+    const auto row = static_cast<Eigen::Index>(k);
+    if (custom) {
+      const Point& p = points[point];
+      JointVector changed = p.u;
+      changed[joint] = mean;
+      result.row(row) = (motion(plant_, p.q, p.v, changed, p.time).acceleration - p.nominal).transpose();
+    } else {
+      const double torque = mean - along.states[point].motor_torque;
+      result.row(row) = torque * along.mobility.col(static_cast<Eigen::Index>(point)).transpose();
+    }
   }
   return result;
 }
@@ -250,15 +280,17 @@ Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>
   for (std::size_t i = 0; i < points.size(); ++i) {
     result.row(static_cast<Eigen::Index>(i / parts_)) += points[i].nominal.transpose() / static_cast<double>(parts_);
   }
-  const auto friction = [&](const Point& p, int j) {
+  const auto friction = [&](std::size_t point, int j) {
+    const JointState state = loaded(along_[recording][static_cast<std::size_t>(j)].states[point], j, effects);
     double level = 0.0;
     for (const Effect& effect : effects) {
-      if (effect.joint == j && effect.form.roles().dry_friction) level += effect.form.sliding(seen(p, j, effects));
+      if (effect.joint == j && effect.form.roles().dry_friction) level += effect.form.sliding(state);
     }
     return level;
   };
   for (Eigen::Index k = 0; k + 1 < result.rows(); ++k) {
-    const Point& p = points[static_cast<std::size_t>(k) * parts_ + parts_ / 2];
+    const std::size_t point = static_cast<std::size_t>(k) * parts_ + parts_ / 2;
+    const Point& p = points[point];
     JointMatrix mobility = p.mobility;
     JointVector a = result.row(k).transpose();
     if (!inertia.isZero(0.0)) {
@@ -269,7 +301,7 @@ Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>
     }
     for (int j = 0; j < joints_; ++j) {
       if (!p.rests[static_cast<std::size_t>(j)]) continue;
-      const double level = friction(p, j);
+      const double level = friction(point, j);
       a += mobility.col(j) * std::clamp(-a[j] / mobility(j, j), -level, level);
     }
     result.row(k) = a.transpose();

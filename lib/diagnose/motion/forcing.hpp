@@ -67,7 +67,12 @@ class Forcing {
     JointMatrix mobility;
     JointVector celsius;  // where it is recorded
   };
-  JointState seen(const Point& point, int joint, const std::vector<Effect>& beside) const;
+  /// Of one joint, point by point: what effects look at, and what a torque adds to the accelerations.
+  struct Along {
+    std::vector<JointState> states;
+    Eigen::MatrixXd mobility;  // joints x points
+  };
+  Along along(const std::vector<Point>& points, int joint) const;
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;
 
   Plant plant_;
@@ -76,6 +81,7 @@ class Forcing {
   int joints_;
   std::size_t parts_ = 1;                   // of a step
   std::vector<std::vector<Point>> points_;  // per recording, parts_ per step
+  std::vector<std::vector<Along>> along_;   // per recording and joint
   double nominal_acceleration_ = 0.0;
   bool rests_ = false;
 };

@@ -10,36 +10,79 @@ namespace bayesctrl {
 
 namespace {
 
-constexpr int kMaxStates = 3 * kMaxJoints;
-using State = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxStates, 1>;
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStates, kMaxStates>;
+/// Numbers for each of some joints; how many joints may be a constant.
+template <int kJoints, int kEach>
+inline constexpr int kNumbers = kJoints == Eigen::Dynamic ? Eigen::Dynamic : kEach* kJoints;
+template <int kJoints, int kEach>
+inline constexpr int kMostNumbers = kEach*(kJoints == Eigen::Dynamic ? kMaxJoints : kJoints);
+
+template <int kJoints, int kEachRow, int kEachColumn>
+using Numbers = Eigen::Matrix<double, kNumbers<kJoints, kEachRow>, kNumbers<kJoints, kEachColumn>, Eigen::ColMajor,
+                              kMostNumbers<kJoints, kEachRow>, kMostNumbers<kJoints, kEachColumn>>;
 
 // One function per operation: as expressions each of these products would be compiled anew where it stands.
-Square product(const Square& a, const Square& b) { return a * b; }
-Square product_with_transpose(const Square& a, const Square& b) { return a * b.transpose(); }
-State product(const Square& a, const State& x) { return a * x; }
+template <class Square>
+Square product(const Square& a, const Square& b) {
+  return a * b;
+}
+template <class Square>
+Square product_with_transpose(const Square& a, const Square& b) {
+  return a * b.transpose();
+}
 /// a += scale x x'.
-void add_outer(Square& a, const State& x, double scale) { a.noalias() += scale * x * x.transpose(); }
-Square inverse(const Square& a) { return a.partialPivLu().inverse(); }
+template <class Square, class State>
+void add_outer(Square& a, const State& x, double scale) {
+  a.noalias() += scale * x * x.transpose();
+}
 
-/// d(q'')/d[q, v] at one point, joints x 2 joints, by central differences.
-Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, 2 * kMaxJoints> slope(
-    const Plant& plant, const JointVector& q, const JointVector& v, const JointVector& u, double t) {
+/// d(q'')/d[q, v] at one point, transposed: 2 joints x joints, by central differences.
+template <int kJoints>
+Numbers<kJoints, 2, 1> slope(const Plant& plant, const Joints<kJoints>& q, const Joints<kJoints>& v,
+                             const Joints<kJoints>& u, double t) {
   const Eigen::Index n = q.size();
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, 2 * kMaxJoints> result(n, 2 * n);
+  Numbers<kJoints, 2, 1> result(2 * n, n);
   constexpr double kStep = 1e-5;
+  const auto acceleration = [&](const Joints<kJoints>& at, const Joints<kJoints>& speed) {
+    return motion_of<kJoints>(plant, at, speed, u, t).acceleration;
+  };
   for (Eigen::Index i = 0; i < 2 * n; ++i) {
-    JointVector q1 = q, v1 = v, q2 = q, v2 = v;
+    Joints<kJoints> q1 = q, v1 = v, q2 = q, v2 = v;
     (i < n ? q1[i] : v1[i - n]) += kStep;
     (i < n ? q2[i] : v2[i - n]) -= kStep;
-    result.col(i) =
-        (motion(plant, q1, v1, u, t).acceleration - motion(plant, q2, v2, u, t).acceleration) / (2.0 * kStep);
+    result.row(i) = (acceleration(q1, v1) - acceleration(q2, v2)).transpose() / (2.0 * kStep);
   }
   return result;
 }
 
+template <int kJoints>
+Joints<kJoints> input_of(const Measured& data, std::size_t k, double s) {
+  const auto row = static_cast<Eigen::Index>(k);
+  if (!data.linear_hold || k + 1 >= data.samples()) return data.input.row(row).transpose();
+  return ((1.0 - s) * data.input.row(row) + s * data.input.row(row + 1)).transpose();
+}
+
+template <int kJoints>
+void propagate_of(const Plant& plant, Joints<kJoints>& q, Joints<kJoints>& v, const Measured& data, std::size_t k,
+                  const Joints<kJoints>& missing_torque) {
+  const double t = data.time[k], h = data.time[k + 1] - t;
+  const auto rate = [&](const Joints<kJoints>& at, const Joints<kJoints>& speed, double s) -> Joints<kJoints> {
+    const MotionOf<kJoints> m = motion_of<kJoints>(plant, at, speed, input_of<kJoints>(data, k, s), t + s * h);
+    return m.acceleration + m.mobility * missing_torque;
+  };
+  const Joints<kJoints> a1 = rate(q, v, 0.0), v2 = v + 0.5 * h * a1;
+  const Joints<kJoints> a2 = rate(q + 0.5 * h * v, v2, 0.5), v3 = v + 0.5 * h * a2;
+  const Joints<kJoints> a3 = rate(q + 0.5 * h * v2, v3, 0.5), v4 = v + h * a3;
+  const Joints<kJoints> a4 = rate(q + h * v3, v4, 1.0);
+  q += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+  v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+}
+
 /// One pass of the filter over a stretch; keeps what the smoother needs if asked.
+template <int kJoints>
 class Filter {
+  using State = Eigen::Matrix<double, kNumbers<kJoints, 3>, 1, Eigen::ColMajor, kMostNumbers<kJoints, 3>, 1>;
+  using Square = Numbers<kJoints, 3, 3>;
+
  public:
   Filter(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise, const std::vector<TorquePrior>& prior)
       : plant_(plant), data_(data), noise_(noise), prior_(prior), n_(noise.size()) {}
@@ -53,6 +96,10 @@ class Filter {
     start(stretch, x, p);
     std::vector<State> filtered, predicted;
     std::vector<Square> filtered_p, predicted_p, transition;
+    if (out != nullptr) {
+      for (auto* list : {&filtered, &predicted}) list->reserve(count);
+      for (auto* list : {&filtered_p, &predicted_p, &transition}) list->reserve(count);
+    }
     double likelihood = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t k = stretch.first + i;
@@ -83,8 +130,9 @@ class Filter {
     Square smoothed_p = filtered_p.back();
     for (std::size_t i = count; i-- > 0;) {
       if (i + 1 < count) {
-        const Square gain = product(product_with_transpose(filtered_p[i], transition[i]), inverse(predicted_p[i + 1]));
-        smoothed = filtered[i] + product(gain, State(smoothed - predicted[i + 1]));
+        const Square inverse = predicted_p[i + 1].partialPivLu().inverse();
+        const Square gain = product(product_with_transpose(filtered_p[i], transition[i]), inverse);
+        smoothed = filtered[i] + gain * State(smoothed - predicted[i + 1]);
         smoothed_p =
             filtered_p[i] + product_with_transpose(product(gain, Square(smoothed_p - predicted_p[i + 1])), gain);
       }
@@ -122,14 +170,14 @@ class Filter {
   Square step(std::size_t k, State& x, Square& p) const {
     const Eigen::Index n = n_, size = 3 * n;
     const double h = data_.time[k + 1] - data_.time[k];
-    JointVector q = x.head(n), v = x.segment(n, n);
-    const JointVector d = x.tail(n), u = input_at(data_, k, 0.5);
-    const auto a = slope(plant_, q, v, u, data_.time[k]);
-    const JointMatrix mobility = motion(plant_, q, v, u, data_.time[k]).mobility;
-    propagate(plant_, q, v, data_, k, d);
+    Joints<kJoints> q = x.head(n), v = x.segment(n, n);
+    const Joints<kJoints> d = x.tail(n), u = input_of<kJoints>(data_, k, 0.5);
+    const auto a = slope<kJoints>(plant_, q, v, u, data_.time[k]);
+    const JointsSquare<kJoints> mobility = motion_of<kJoints>(plant_, q, v, u, data_.time[k]).mobility;
+    propagate_of<kJoints>(plant_, q, v, data_, k, d);
     Square rate = Square::Zero(size, size);
     rate.block(0, n, n, n).setIdentity();
-    rate.block(n, 0, n, 2 * n) = a;
+    rate.block(n, 0, n, 2 * n) = a.transpose();
     rate.block(n, 2 * n, n, n) = mobility;
     const Square square = product(rate, rate), cube = product(square, rate);
     Square phi = Square::Identity(size, size) + h * rate + 0.5 * h * h * square + h * h * h / 6.0 * cube;
@@ -164,35 +212,38 @@ class Filter {
   Eigen::Index n_;
 };
 
+/// Calls f(a filter): of one or two joints its matrices are arrays.
+double with_filter(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise,
+                   const std::vector<TorquePrior>& prior, auto&& f) {
+  if (noise.size() == 1) return f(Filter<1>(plant, data, noise, prior));
+  if (noise.size() == 2) return f(Filter<2>(plant, data, noise, prior));
+  return f(Filter<Eigen::Dynamic>(plant, data, noise, prior));
+}
+
+/// Log likelihood of a recording under a prior; the motion is what was asked for.
+double filtered(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise,
+                const std::vector<TorquePrior>& prior, Trajectory* out) {
+  return with_filter(plant, data, noise, prior, [&](auto filter) {
+    double likelihood = 0.0;
+    for (const Segment& stretch : stretches(data, 0)) likelihood += filter.run(stretch, out);
+    return likelihood;
+  });
+}
+
 }  // namespace
 
-JointVector input_at(const Measured& data, std::size_t k, double s) {
-  const auto row = static_cast<Eigen::Index>(k);
-  if (!data.linear_hold || k + 1 >= data.samples()) return data.input.row(row).transpose();
-  return ((1.0 - s) * data.input.row(row) + s * data.input.row(row + 1)).transpose();
-}
+JointVector input_at(const Measured& data, std::size_t k, double s) { return input_of<Eigen::Dynamic>(data, k, s); }
 
 void propagate(const Plant& plant, JointVector& q, JointVector& v, const Measured& data, std::size_t k,
                const JointVector& missing_torque) {
-  const double t = data.time[k], h = data.time[k + 1] - t;
-  const auto rate = [&](const JointVector& at, const JointVector& speed, double s) -> JointVector {
-    const Motion m = motion(plant, at, speed, input_at(data, k, s), t + s * h);
-    return m.acceleration + m.mobility * missing_torque;
-  };
-  const JointVector a1 = rate(q, v, 0.0), v2 = v + 0.5 * h * a1;
-  const JointVector a2 = rate(q + 0.5 * h * v, v2, 0.5), v3 = v + 0.5 * h * a2;
-  const JointVector a3 = rate(q + 0.5 * h * v2, v3, 0.5), v4 = v + h * a3;
-  const JointVector a4 = rate(q + h * v3, v4, 1.0);
-  q += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-  v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+  propagate_of<Eigen::Dynamic>(plant, q, v, data, k, missing_torque);
 }
 
 Trajectory smooth(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise,
                   const std::vector<TorquePrior>& prior) {
   const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(data.position.rows(), data.position.cols());
   Trajectory result{data.position, zero, zero, zero, zero};
-  Filter filter(plant, data, noise, prior);
-  for (const Segment& stretch : stretches(data, 0)) filter.run(stretch, &result);
+  filtered(plant, data, noise, prior, &result);
   return result;
 }
 
@@ -239,10 +290,7 @@ std::vector<TorquePrior> likely_torque_prior(const Plant& plant, const std::vect
     std::vector<TorquePrior> prior;
     for (const double s : scale) prior.push_back({std::max(s, 1e-9) * std::pow(10.0, -3.5 + 0.5 * i), 0.3});
     double likelihood = 0.0;
-    for (std::size_t r = 0; r < data.size(); ++r) {
-      Filter filter(plant, data[r], noise, prior);
-      for (const Segment& stretch : stretches(data[r], r)) likelihood += filter.run(stretch, nullptr);
-    }
+    for (const Measured& m : data) likelihood += filtered(plant, m, noise, prior, nullptr);
     if (likelihood > highest) {
       highest = likelihood;
       best = prior;

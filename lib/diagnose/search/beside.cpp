@@ -31,7 +31,7 @@ double correlation(const Fit& fit, int one, int other) {
 
 Gap::Gap(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& jacobian,
          const std::vector<std::size_t>& out)
-    : problem_(problem), sse_(fit.sse) {
+    : problem_(problem), plant_(fit.plant), sse_(fit.sse) {
   std::vector<int> place(fit.effects.size(), -1);
   for (std::size_t e = 0; e < fit.effects.size(); ++e) {
     const bool goes = std::ranges::find(out, e) != out.end();
@@ -79,9 +79,30 @@ double Gap::gain(const Additions& all, const Finding& one, std::size_t others) c
   return spared * problem_.penalty - 0.5 * (all.left - sse_) + one.log_evidence;
 }
 
-double Gap::least_squares() const {
+/// What is left when all numbers have been moved to where they leave least.
+Eigen::VectorXd Gap::least() const {
   const Eigen::MatrixXd basis = scaled_basis(beside_);
-  return (target_ - basis * (basis.transpose() * target_)).squaredNorm();
+  return target_ - basis * (basis.transpose() * target_);
+}
+
+double Gap::least_squares() const { return least().squaredNorm(); }
+
+Fit Gap::promised(std::vector<SegmentState> starts) const {
+  Fit fit;
+  fit.plant = plant_;
+  fit.effects = filled({});
+  fit.unknowns = unknowns_;
+  for (Unknown& unknown : fit.unknowns) {
+    if (unknown.effect < 0) continue;
+    unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
+  }
+  assign(fit, values_of(fit));
+  fit.initial_states = std::move(starts);
+  fit.residual = least();
+  fit.sse = fit.residual.squaredNorm();
+  fit.glanced = true;
+  weigh(problem_, fit, beside_);
+  return fit;
 }
 
 std::vector<Effect> Gap::filled(const std::vector<Effect>& others) const {

@@ -26,16 +26,22 @@ class Gap {
   /// Nats that a set with one more beside `others` is expected to gain over the fit.
   double gain(const Additions& all, const Finding& one, std::size_t others) const;
 
-  /// Squares that what is left cannot help leaving.
+  /// Squares that what is left cannot help leaving, and those that it leaves as it is.
   double least_squares() const;
+  double squares() const { return target_.squaredNorm(); }
+
+  /// What is left as the linear response promises it: a fit that was only glanced at. `starts`: of its windows.
+  Fit promised(std::vector<SegmentState> starts) const;
 
   /// What is left and `others`, all numbers of the former moved to where the linear response wants them.
   std::vector<Effect> filled(const std::vector<Effect>& others) const;
 
  private:
   Eigen::VectorXd response_of(const std::vector<Effect>& effects) const;
+  Eigen::VectorXd least() const;
 
   FitProblem problem_;
+  Plant plant_;
   double sse_;
   std::vector<Effect> out_, left_;
   std::vector<Unknown> unknowns_;  // of what is left

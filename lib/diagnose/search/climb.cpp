@@ -6,7 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/search/beside.hpp"
 #include "diagnose/settings.hpp"
 
@@ -118,7 +117,7 @@ class Climb {
     for (std::size_t e = 0; e < best_.effects.size(); ++e) {
       const Fit* base = fits_.part(best_, e);
       for (std::size_t size = best_.effects.size(); base != nullptr && size <= best_.effects.size() + 1; ++size) {
-        std::vector<Promise> list = promises_of(*base, linear_jacobian(fits_.problem(), *base), {}, kInfinity);
+        std::vector<Promise> list = promises_of(*base, fits_.jacobian(*base), {}, kInfinity);
         std::erase_if(list, [&](const Promise& p) { return has_kind(p.others, best_.effects[e]); });
         if (list.empty()) break;
         fits_.extend(*base, list.front().set());
@@ -153,7 +152,7 @@ class Climb {
   /// Stands on the best.
   bool take() {
     stood_.push_back(best_.effects);
-    jacobian_ = linear_jacobian(fits_.problem(), best_);
+    jacobian_ = fits_.jacobian(best_);
     return true;
   }
 

@@ -272,6 +272,10 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     result.max_step = fits.about(about);
     for (const std::vector<Effect>& effects : kept) fits.add(effects);
     if (fits.add({}) == nullptr) throw NumericalError("the nominal model diverges on the recordings");
+    if (round == 0 && fits.problem().best > std::pow(options.adequate, 2) * result.rows) {
+      result.linearisation = about;
+      return rank(result, fits);
+    }
     const Projected projected = free_projected_out(*about, nominal, data, options.free);
     const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = result.penalty});
     search(fits, screen, about->dictionary, result, options, too_coarse);

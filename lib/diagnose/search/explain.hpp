@@ -70,6 +70,7 @@ struct ExplainOptions {
   double effort = 1.0;                                  // times as many of both, of subsets and of finalists
   const std::vector<Measured>* whole = nullptr;         // the same recordings before samples were left out, if any were
   std::vector<std::vector<Effect>> known{};             // sets that another search has found: this one begins with them
+  double adequate = kInfinity;                          // noise, RMS: where those leave more, it ends with them
 
   /// Whether a set consists of effects that the user's catalogue holds.
   bool allow(const std::vector<Effect>& effects) const {

@@ -40,6 +40,7 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   white_.reset();
   tried_.clear();
   asked_.clear();
+  jacobians_.clear();
   for (auto& [name, fit] : fits_) stale_.insert_or_assign(name, fit);
   fits_.clear();
   return max_step_;
@@ -154,15 +155,28 @@ void Fits::add_subsets() {
   }
 }
 
-/// Whether a set leaves so much that none near it is the answer.
-bool Fits::is_lost(const Fit& fit) const {
-  return fit.sse > kSettings.search.lost * (problem().best + 2.0 * kSettings.search.nested);
+/// What a set leaves from which on none near it is the answer.
+double Fits::lost_beyond() const { return kSettings.search.lost * (problem().best + 2.0 * kSettings.search.nested); }
+
+/// The same of a part by the linear response alone, where the others take over little of what the part lacks.
+bool Fits::is_lost(const Gap& part) const {
+  const double least = part.least_squares();
+  return least > lost_beyond() && least > kSettings.search.irreplaceable * part.squares();
+}
+
+const Eigen::MatrixXd& Fits::jacobian(const Fit& fit) {
+  auto& [where, known] = jacobians_[key(fit.effects)];
+  if (Eigen::VectorXd values = values_of(fit); known.size() == 0 || values != where) {
+    known = linear_jacobian(problem(), fit);
+    where = std::move(values);
+  }
+  return known;
 }
 
 /// What is left of a fit without the one effect that a set lacks; none where it lacks another number of them.
-std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) const {
+std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) {
   for (std::size_t e = 0; e < of.effects.size(); ++e) {
-    if (without(of.effects, e) == effects) return Gap(problem(), of, linear_jacobian(problem(), of), {e});
+    if (key(without(of.effects, e)) == key(effects)) return Gap(problem(), of, jacobian(of), {e});
   }
   return std::nullopt;
 }
@@ -172,27 +186,31 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
   const Fit* known = find(key(effects));
   if (effects.empty() || known == nullptr) return false;
   const std::optional<Gap> open = gap(of, effects);
-  if (!open || known->sse < kSettings.search.stuck * (open->least_squares() + 2.0 * kSettings.search.nested))
+  if (!open || is_lost(*open) ||
+      known->sse < kSettings.search.stuck * (open->least_squares() + 2.0 * kSettings.search.nested))
     return false;
   return improve(open->filled({}), starts_for(effects, of, problem()), true);
 }
 
 /// Adds a set that another one contains. Where that one explains most the set begins there, with the numbers that the
-/// linear response wants if those leave less, and one step says whether it is lost; where it does not the set may be
-/// the better of the two.
+/// linear response wants if those leave less, and that response, or else one step, says whether it is lost; where it
+/// does not explain most the set may be the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
   if (explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of, problem());
-    if (const std::optional<Gap> open = gap(of, effects)) moved = open->filled({});
+    const auto give_up = [&](Fit seen) {
+      const std::string name = key(effects);
+      tried_.insert(name);
+      fits_.insert_or_assign(name, std::move(seen));
+    };
+    if (const std::optional<Gap> open = gap(of, effects)) {
+      if (is_lost(*open)) return give_up(open->promised(starts));
+      moved = open->filled({});
+    }
     try {
       Fit seen = glance(problem(), begin_with(effects, moved, starts));
-      if (is_lost(seen)) {
-        const std::string name = key(effects);
-        tried_.insert(name);
-        fits_.insert_or_assign(name, std::move(seen));
-        return;
-      }
+      if (is_lost(seen)) return give_up(std::move(seen));
     } catch (const NumericalError&) {  // as the others are it cannot be simulated: perhaps from elsewhere
     }
   }
@@ -231,6 +249,8 @@ void Fits::refine() {
     for (std::size_t i = 0; i < list.size() && !again; ++i) {
       for (std::size_t k = 0; k < list.size() && !again; ++k) {
         if (list[k].sse >= list[i].sse) continue;
+        const std::optional<Gap> open = is_lost(list[i]) ? gap(list[k], list[i].effects) : std::nullopt;
+        if (open && is_lost(*open)) continue;
         const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
         if (starts.empty()) continue;
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;

@@ -59,10 +59,15 @@ class Fits {
   /// What all fits about the present motion share.
   FitProblem problem() const;
 
+  /// linear_jacobian of one of them, kept for as long as it is the set's.
+  const Eigen::MatrixXd& jacobian(const Fit& fit);
+
  private:
   std::vector<Fit> finalists() const;
-  bool is_lost(const Fit& fit) const;
-  std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects) const;
+  double lost_beyond() const;
+  bool is_lost(const Fit& fit) const { return fit.sse > lost_beyond(); }
+  bool is_lost(const Gap& part) const;
+  std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects);
   void add_part(const Fit& of, std::vector<Effect> effects);
   bool improve_part(const Fit& of, const std::vector<Effect>& effects);
   std::optional<Fit> from_motion(const Fit& known);
@@ -85,6 +90,7 @@ class Fits {
   std::optional<Whitened> white_;
   double max_step_ = 0.0;  // of the integration, once it is known
   std::map<std::string, Fit> fits_, stale_;
+  std::map<std::string, std::pair<Eigen::VectorXd, Eigen::MatrixXd>> jacobians_;  // by set: where, and what
   std::set<std::string> tried_;
   std::set<std::pair<std::string, std::string>> asked_;  // parts that were fitted once more from a whole
 };

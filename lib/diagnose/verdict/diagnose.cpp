@@ -292,8 +292,8 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   Doubts doubts(spec, recordings);
   const bool gross = doubts.gross();
   if (gross) stage(2, "doubting the spec");
-  if (gross && doubts.decide(as_given_error(spec, data, noise), std::nullopt, diagnosis) &&
-      !beside_asked(diagnosis.suspicions)) {
+  const double as_given = gross ? as_given_error(spec, data, noise) : kInfinity;
+  if (gross && doubts.decide(as_given, std::nullopt, diagnosis, true) && !beside_asked(diagnosis.suspicions)) {
     diagnosis.mismatch.detected = true;
     return;
   }
@@ -301,7 +301,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   try {
     searched.emplace(search(spec, recordings, data, options, stage));
   } catch (const NumericalError&) {  // no physics makes this nominal run: any mistake that does is an answer
-    if (!gross) doubts.decide(kInfinity, std::nullopt, diagnosis);
+    doubts.decide(as_given, std::nullopt, diagnosis);
     if (diagnosis.suspicions.empty()) throw;
     diagnosis.verdict = Verdict::check_spec;
     diagnosis.mismatch.detected = true;

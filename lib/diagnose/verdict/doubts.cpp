@@ -34,13 +34,17 @@ std::vector<std::size_t> beside_mistake(const DiagnosisSpec& spec, const std::op
   return allowed;
 }
 
-/// A search of any scene, as it was made of the one that the spec describes, over these effects.
-std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene, const std::vector<std::size_t>& allowed) {
+/// A search of any scene, as it was made of the one that the spec describes, over these effects. Beginning with sets
+/// that are `known`, and ending there where those leave much.
+std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene, const std::vector<std::size_t>& allowed,
+                           const std::vector<std::vector<Effect>>& known) {
   const Eigen::VectorXd noise = noise_level(scene.data);
   if (!too_little(scene.data, noise).empty()) return std::nullopt;
   ExplainOptions options = search_options(spec, scene.data, noise);
   options.free = scene.free;
   options.allowed = allowed;
+  options.known = known;
+  if (!known.empty()) options.adequate = kSettings.doubt.adequate;
   const std::vector<Measured> data = thinned(scene.plant, scene.data, options, noise);
   try {
     Explanation explanation = explain(scene.plant, data, options);
@@ -81,12 +85,19 @@ Doubts::Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recording
   for (const JointUnits& units : joint_units(spec)) subject_.position_units.push_back(units.position);
 }
 
-bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis) {
+bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis, bool only_decisive) {
+  if (!first_) first_ = std::make_unique<const FirstLook>(first_look(subject_, scene_));
   const std::vector<std::size_t> allowed = beside_mistake(spec_, given, scene_.data);
-  const Suspected found = suspect(subject_, scene_, nominal, given, [&](const Scene& s, const std::string& name) {
-    const auto known = seen_.find(name);
-    return known != seen_.end() ? known->second : seen_.emplace(name, look(spec_, s, allowed)).first->second;
-  });
+  const bool fewer = allowed.size() < spec_.effects.size();
+  const auto seen = [&](const Scene& scene, const std::string& name, bool decides) -> const std::optional<Looked>& {
+    if (const auto known = seen_.find(name); known != seen_.end()) return known->second;
+    // Of the kinds that physics names all of them leave least: where they leave much, no part of them is worth a
+    // search.
+    std::vector<std::vector<Effect>> all;
+    if (fewer && !decides) all.push_back(given->explanation.best().fit.effects);
+    return seen_.emplace(name, look(spec_, scene, allowed, all)).first->second;
+  };
+  const Suspected found = suspect(subject_, scene_, *first_, nominal, given, seen, only_decisive);
   diagnosis.suspicions = found.suspicions;
   if (found.decisive) diagnosis.verdict = Verdict::check_spec;
   return found.decisive;

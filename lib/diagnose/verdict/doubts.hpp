@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "diagnose/doubt/suspect.hpp"
@@ -19,8 +20,9 @@ class Doubts {
  public:
   Doubts(const DiagnosisSpec& spec, const std::vector<Measured>& recordings);
 
-  /// Whether a mistake explains far better than physics; all that may be are stated.
-  bool decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis);
+  /// Whether a mistake explains far better than physics; all that may be are stated. `only_decisive`: those that cannot
+  /// decide only beside one that does.
+  bool decide(double nominal, const std::optional<Looked>& given, Diagnosis& diagnosis, bool only_decisive = false);
 
   /// Whether the nominal, with friction and the best values of its free parameters, says so little that a mistake has
   /// to be looked for first.
@@ -30,6 +32,7 @@ class Doubts {
   const DiagnosisSpec& spec_;
   Scene scene_;
   Subject subject_;
+  std::unique_ptr<const FirstLook> first_;
   std::map<std::string, std::optional<Looked>> seen_;
 };
 
