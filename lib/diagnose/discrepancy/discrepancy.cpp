@@ -47,6 +47,24 @@ TridiagonalSolution solve_tridiagonal(const Eigen::VectorXd& diagonal, const Eig
   return result;
 }
 
+/// Where a joint is in the midst of each step of a recording, and how long that lasts.
+struct Steps {
+  std::vector<Instant> midst;
+  std::vector<double> lasts;  // s
+};
+Steps steps_of(const Measured& m, const Trajectory& path, int j) {
+  Steps result;
+  for (Eigen::Index k = 0; k + 1 < path.position.rows(); ++k) {
+    const auto slot = static_cast<std::size_t>(k);
+    const double h = m.time[slot + 1] - m.time[slot];
+    const double q = 0.5 * (path.position(k, j) + path.position(k + 1, j));
+    const double v = 0.5 * (path.velocity(k, j) + path.velocity(k + 1, j));
+    result.midst.push_back({q, v, input_at(m, slot, 0.5)[j], m.time[slot] + 0.5 * h});
+    result.lasts.push_back(h);
+  }
+  return result;
+}
+
 }  // namespace
 
 Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>& data) : about_(about) {
@@ -57,6 +75,10 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
     for (TermGroup& group : term_groups(operating_range(data, about.paths, j), about.paths, j)) {
       groups_.push_back({std::move(group), {}});
     }
+  }
+  std::vector<std::vector<Steps>> steps(data.size());  // per recording and joint
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    for (int j = 0; j < joints; ++j) steps[r].push_back(steps_of(data[r], about.paths[r], j));
   }
   for (Group& group : groups_) {
     const auto count = static_cast<Eigen::Index>(group.terms.size());
@@ -71,16 +93,11 @@ Discrepancy::Discrepancy(const Linearisation& about, const std::vector<Measured>
         const int j = term.joint;
         Eigen::VectorXd values = Eigen::VectorXd::Zero(data[r].position.rows());
         if (term.recording < 0 || static_cast<std::size_t>(term.recording) == r) {
+          const Steps& along = steps[r][static_cast<std::size_t>(j)];
           Held memory = term.first_memory(path.position(0, j), path.velocity(0, j));
-          for (Eigen::Index k = 0; k + 1 < values.size(); ++k) {
-            const auto slot = static_cast<std::size_t>(k);
-            const double h = data[r].time[slot + 1] - data[r].time[slot];
-            const double q = 0.5 * (path.position(k, j) + path.position(k + 1, j));
-            const double v = 0.5 * (path.velocity(k, j) + path.velocity(k + 1, j));
-            const double u = input_at(data[r], slot, 0.5)[j];
-            const Instant at{q, v, u, data[r].time[slot] + 0.5 * h};
-            values[k] = term.value(at, memory);
-            memory = term.remembered(memory, at, h);
+          for (std::size_t k = 0; k < along.midst.size(); ++k) {
+            values[static_cast<Eigen::Index>(k)] = term.value(along.midst[k], memory);
+            memory = term.remembered(memory, along.midst[k], along.lasts[k]);
           }
         }
         squares[i] += values.squaredNorm();

@@ -50,11 +50,14 @@ class Climb {
   /// only if it leaves far less than the last one.
   bool goes_on() {
     const double last = std::exchange(left_, result_.excess(best_));
-    if (leaves_little(best_) || best_.effects.size() <= std::size_t{kSettings.search.most_effects}) return true;
+    if (leaves_little(best_) || !large()) return true;
     return explains_most() && left_ < (1.0 - kSettings.search.worth_growing) * last;
   }
 
   bool explains_most() const { return fits_.explains_most(best_); }
+
+  /// Whether it is larger than the screen looks at.
+  bool large() const { return best_.effects.size() > std::size_t{kSettings.search.most_effects}; }
 
   /// Whether it leaves something significant.
   bool leaves_something() const { return result_.p_value(best_) < kSettings.search.relinearise; }
@@ -195,6 +198,15 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
       continue;
     }
     const bool most = at.explains_most();
+    // A large set that explains most and is not all may have effects that only together do what one does: adding to
+    // it is expensive, and leads away from that one.
+    if (most && at.large() && at.leaves_something()) {
+      at.disentangled();
+      if (at.better()) {
+        fits.add_subsets();
+        continue;
+      }
+    }
     if (most) at.promised();
     if (!at.better() && !leaves_little(at.best())) at.screened(hopeless);
     if (!at.better() && !most) at.promised();

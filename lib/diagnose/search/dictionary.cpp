@@ -113,19 +113,22 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
     const Eigen::Index size = std::min(kBatch, count - from);
     std::vector<Eigen::MatrixXd> accelerations, positions;
     Eigen::VectorXd squares = Eigen::VectorXd::Zero(size);
+    const auto is_sensor = [&](Eigen::Index i) {
+      return channel(members[static_cast<std::size_t>(from + i)].form) == "sensor";
+    };
     bool any_sensor = false;
+    for (Eigen::Index i = 0; i < size; ++i) any_sensor |= is_sensor(i);
     for (std::size_t r = 0; r < data.size(); ++r) {
       Eigen::MatrixXd& a = accelerations.emplace_back(data[r].position.size(), size);
-      Eigen::MatrixXd& p = positions.emplace_back(data[r].position.size(), size);
+      Eigen::MatrixXd& p = positions.emplace_back();
+      if (any_sensor) p.setZero(data[r].position.size(), size);
       for (Eigen::Index i = 0; i < size; ++i) {
         const Effect& member = members[static_cast<std::size_t>(from + i)];
-        if (channel(member.form) == "sensor") {
-          any_sensor = true;
+        if (is_sensor(i)) {
           p.col(i) = forcing.measured(member, r).transpose().reshaped();
           a.col(i).setZero();
         } else {
           a.col(i) = forcing.acceleration(member, r).transpose().reshaped();
-          p.col(i).setZero();
           squares[i] += a.col(i).squaredNorm();
         }
       }
@@ -133,9 +136,8 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
     dictionary.columns.middleCols(from, size) = response.responses(accelerations);
     if (any_sensor) dictionary.columns.middleCols(from, size) += response.measured(positions);
     for (Eigen::Index i = 0; i < size; ++i) {
-      const bool sensor = channel(members[static_cast<std::size_t>(from + i)].form) == "sensor";
       const double rms = std::sqrt(squares[i] / total);
-      dictionary.scale[from + i] = sensor                 ? kSettings.search.sensor_prior
+      dictionary.scale[from + i] = is_sensor(i)           ? kSettings.search.sensor_prior
                                    : rms > 1e-9 * nominal ? kSettings.motion.prior_share * nominal / rms
                                                           : 0.0;
       dictionary.columns.col(from + i) *= dictionary.scale[from + i];

@@ -108,9 +108,16 @@ double hopeless_behind(const Finding& best) {
   return kSettings.search.hopeless + kSettings.search.screen_error * 0.5 * best.explained;
 }
 
-/// The most promising findings of each size.
+/// Whether a set holds all kinds of another, which is not empty, and more.
+bool adds_to(const std::vector<Effect>& set, const std::vector<Effect>& part) {
+  return !part.empty() && set.size() > part.size() &&
+         std::ranges::all_of(part, [&](const Effect& one) { return has_kind(set, one); });
+}
+
+/// The most promising findings of each size. What adds to a set that leaves only noise is left to those who climb from
+/// there: they know what it promises.
 void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictionary& dictionary,
-                  const ExplainOptions& options) {
+                  const Explanation& result, const ExplainOptions& options) {
   const double hopeless = hopeless_behind(findings.front());
   std::array<int, kSettings.search.largest_set + 1> of_size{};
   int total = 0;
@@ -122,7 +129,10 @@ void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictio
     if (total >= 3 && finding.log_evidence < findings.front().log_evidence - hopeless && of_size[size] >= 1) continue;
     ++of_size[size];
     ++total;
-    fits.add(finding.effects(dictionary));
+    std::vector<Effect> set = finding.effects(dictionary);
+    const Fit& best = *fits.ranked().front();
+    if (result.p_value(best) > kSettings.search.relinearise && adds_to(set, best.effects)) continue;
+    fits.add(std::move(set));
   }
 }
 
@@ -163,7 +173,7 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
   const std::vector<Finding> findings = screen.all();
   const Fit& known = *fits.ranked().front();
   if (known.effects.empty() || result.p_value(known) < kSettings.search.relinearise) {
-    fit_findings(fits, findings, dictionary, options);
+    fit_findings(fits, findings, dictionary, result, options);
   }
   fits.add_subsets();
   climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);

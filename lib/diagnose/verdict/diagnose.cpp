@@ -359,7 +359,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   }
   doubt_in_time(diagnosis, unconfirmed);
   const bool open = diagnosis.verdict == Verdict::unknown || diagnosis.verdict == Verdict::ambiguous;
-  if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found, missing.rows);
+  if (open && !has_certain(diagnosis)) diagnosis.alone = each_alone(found, missing.rows());
   result.missing_torque = torque_table(data, found.smoothed, explained_torque(found, judgement.fit), diagnosis.units);
   result.model = model_json(spec, models.after, judgement.fit,
                             uncertainty_of(models.after, judgement.fit, found.nominal, data, found.smoothed, left));

@@ -20,16 +20,16 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
   const bool named_something = !search.best().effects.empty();
   Discrepancy::Beside odds;
   if (named_something) {
-    odds = missing.discrepancy.beside(missing.rows.columns, missing.rows.target, explanation.penalty);
+    odds = missing.discrepancy().beside(missing.rows().columns, missing.rows().target, explanation.penalty);
   }
   const bool earned = named_something && odds.log_odds > kSettings.verdict.earned;
   const bool declined = !earned || judgement.share > kSettings.verdict.material;
   if (declined) judgement.verdict = Verdict::unknown;
   std::optional<Discrepancy> anew;
   if (explanation.linearisation != explanation.measured) anew.emplace(search.about(), search.data);
-  const Discrepancy& about_best = anew ? *anew : missing.discrepancy;
+  const Discrepancy& about_best = anew ? *anew : missing.discrepancy();
   const SelectedDiscrepancy found =
-      declined ? select_discrepancy(explanation, missing.discrepancy, about_best, missing.rows.target, search.data,
+      declined ? select_discrepancy(explanation, missing.discrepancy(), about_best, missing.rows().target, search.data,
                                     search.smoothed, horizon)
                : select_beside_best(explanation, about_best, search.data, search.smoothed, horizon);
   judgement.fit = found.fit;
@@ -81,8 +81,13 @@ void doubt(Diagnosis& diagnosis, const std::string& name) {
 
 Missing missing_torque(const Search& search) {
   const Explanation& explanation = search.explanation;
-  return {Discrepancy(*explanation.measured, search.data),
+  return {*explanation.measured, search.data,
           free_projected_out(*explanation.measured, explanation.start, search.data, search.options.free)};
+}
+
+const Discrepancy& Missing::discrepancy() const {
+  if (!discrepancy_) discrepancy_.emplace(about_, data_);
+  return *discrepancy_;
 }
 
 Judgement judge(const Search& search, const Missing& missing, double p_given) {
@@ -99,7 +104,7 @@ Judgement judge(const Search& search, const Missing& missing, double p_given) {
   if (result.verdict == Verdict::named && !result.equivalence.sure()) result.verdict = Verdict::ambiguous;
   result.parameters_explain =
       result.verdict == Verdict::nothing_missing && p_given < kSettings.verdict.nothing && !search.options.free.empty();
-  if (result.detected() && !result.whole) result.whole = missing.discrepancy.dependence(missing.rows.target);
+  if (result.detected() && !result.whole) result.whole = missing.discrepancy().dependence(missing.rows().target);
   return result;
 }
 

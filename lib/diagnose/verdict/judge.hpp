@@ -41,11 +41,22 @@ struct Judgement {
 };
 
 /// What is missing as the measured motion shows it, without what free parameters can do.
-struct Missing {
-  Discrepancy discrepancy;
-  Projected rows;
-};
+class Missing {
+ public:
+  /// `about` and `data` have to outlive it.
+  Missing(const Linearisation& about, const std::vector<Measured>& data, Projected rows)
+      : about_(about), data_(data), rows_(std::move(rows)) {}
 
+  /// Made when it is first asked for: where nothing is missing it never is.
+  const Discrepancy& discrepancy() const;
+  const Projected& rows() const { return rows_; }
+
+ private:
+  const Linearisation& about_;
+  const std::vector<Measured>& data_;
+  Projected rows_;
+  mutable std::optional<Discrepancy> discrepancy_;
+};
 Missing missing_torque(const Search& search);
 
 /// Whether a set is named, declined or one of several, and what is stated then. `p_given`: p-value of the nominal as it

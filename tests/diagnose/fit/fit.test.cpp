@@ -87,28 +87,30 @@ TEST_CASE("A lag is found wherever it stands when a recording begins", "[diagnos
 }
 
 TEST_CASE("Among finalists a larger set fits no worse than the sets that it contains", "[diagnose][fit][slow]") {
-  const EffectForm hidden =
-      GENERATE(EffectForm(CoulombFriction{0.2}), EffectForm(StribeckFriction{0.1, 0.22, 0.2}),
-               EffectForm(LinearSpring{0.4}), EffectForm(InputDelay{0.03}), EffectForm(CoggingTorque{0.2, 6.0, 1.0}));
-  INFO(name_of(hidden));
-  const Machine machine(kPendulum, {{hidden, 0, -1}});
-  const std::vector<Measured> data{record(machine, -1.0, 3), record(machine, -1.0, 4)};
-  const Explanation found = explain(kPendulum, data, {usual_effects(), {}});
-  CHECK(key(found.best().fit.effects) == key({{hidden, 0, -1}}));
   int compared = 0;
-  for (const Candidate& larger : found.candidates) {
-    for (const Candidate& smaller : found.candidates) {
-      const double behind = found.best().fit.log_evidence - std::min(larger.fit.log_evidence, smaller.fit.log_evidence);
-      if (behind > 15.0 || larger.fit.effects.size() != smaller.fit.effects.size() + 1) continue;
-      for (std::size_t drop = 0; drop < larger.fit.effects.size(); ++drop) {
-        if (key(without(larger.fit.effects, drop)) != key(smaller.fit.effects)) continue;
-        INFO(key(larger.fit.effects) << "beside " << key(smaller.fit.effects));
-        CHECK(larger.fit.sse < smaller.fit.sse + 2.0);
-        ++compared;
+  for (const EffectForm& hidden :
+       {EffectForm(CoulombFriction{0.2}), EffectForm(StribeckFriction{0.1, 0.22, 0.2}), EffectForm(LinearSpring{0.4}),
+        EffectForm(InputDelay{0.03}), EffectForm(CoggingTorque{0.2, 6.0, 1.0})}) {
+    INFO(name_of(hidden));
+    const Machine machine(kPendulum, {{hidden, 0, -1}});
+    const std::vector<Measured> data{record(machine, -1.0, 3), record(machine, -1.0, 4)};
+    const Explanation found = explain(kPendulum, data, {usual_effects(), {}});
+    const double best = found.best().fit.log_evidence;
+    CHECK(key(found.best().fit.effects) == key({{hidden, 0, -1}}));
+    for (const Candidate& larger : found.candidates) {
+      for (const Candidate& smaller : found.candidates) {
+        const double behind = best - std::min(larger.fit.log_evidence, smaller.fit.log_evidence);
+        if (behind > 15.0 || larger.fit.effects.size() != smaller.fit.effects.size() + 1) continue;
+        for (std::size_t drop = 0; drop < larger.fit.effects.size(); ++drop) {
+          if (key(without(larger.fit.effects, drop)) != key(smaller.fit.effects)) continue;
+          INFO(key(larger.fit.effects) << "beside " << key(smaller.fit.effects));
+          CHECK(larger.fit.sse < smaller.fit.sse + 2.0);
+          ++compared;
+        }
       }
     }
   }
-  CHECK(compared > 0);
+  CHECK(compared > 5);
 }
 
 TEST_CASE("A law twice, or beside one that contains it, is no set of its own", "[diagnose][fit]") {

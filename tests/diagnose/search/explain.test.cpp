@@ -31,7 +31,7 @@ Fit fit_of(double sse, std::size_t unknowns, std::size_t effects = 0) {
 TEST_CASE("Candidates carry the odds of their evidence and together are certain", "[diagnose][search]") {
   const std::vector<Measured> data{record(Machine(kPendulum, {{CoulombFriction{0.004}, 0}}), -1.0, 71)};
   const Explanation found = explain(kPendulum, data, {kFew, {}});
-  REQUIRE(found.candidates.size() > 3);
+  REQUIRE(found.candidates.size() > 1);
   double sum = 0.0;
   for (const Candidate& candidate : found.candidates) {
     CHECK(candidate.fit.log_evidence <= found.best().fit.log_evidence);

@@ -23,17 +23,21 @@ struct Situation {
   LinearisedPendulum pendulum;
   DiagnosisSpec spec;
   ExplainOptions options;
-  Eigen::VectorXd target = pendulum.white(1);
+  Eigen::VectorXd target;
   Missing missing;
 
   explicit Situation(int recordings, const Remainder& hidden = {})
-      : pendulum(recordings, 1.0, hidden), missing{Discrepancy(pendulum.about, pendulum.data), {}} {
-    const auto torque = [](const Instant& at) { return 0.2 * std::sin(5.0 * at.position); };
+      : pendulum(recordings, 1.0, hidden),
+        target(target_of(pendulum, hidden)),
+        missing(pendulum.about, pendulum.data, {Eigen::MatrixXd(target.size(), 0), target}) {
     spec.signals.position.resize(1);
     spec.horizon = 1.0;
-    if (hidden.empty()) target += pendulum.response_to(pendulum.along(torque));
-    if (!hidden.empty()) target = pendulum.about.response->target();
-    missing.rows = {Eigen::MatrixXd(target.size(), 0), target};
+  }
+
+  static Eigen::VectorXd target_of(const LinearisedPendulum& pendulum, const Remainder& hidden) {
+    if (!hidden.empty()) return pendulum.about.response->target();
+    const auto torque = [](const Instant& at) { return 0.2 * std::sin(5.0 * at.position); };
+    return pendulum.white(1) + pendulum.response_to(pendulum.along(torque));
   }
 
   Search search(const std::vector<Found>& found) const {
