@@ -195,26 +195,32 @@ double adequate_step(const FitProblem& problem) {
   return kSettings.fit.shortest_step;
 }
 
+std::vector<SegmentState> window_starts(const FitProblem& problem, const Fit& fit,
+                                        const std::vector<SegmentState>& found) {
+  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data);
+  const std::vector<Segment>& windows = problem.response.windows();
+  std::vector<SegmentState> starts;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    const std::size_t r = windows[w].recording;
+    starts.push_back(initial_guess(windows[w], problem.forcing.paths()[r], list[r]));
+    if (w < found.size()) hand_down(found[w], joints(fit.plant), starts.back());
+  }
+  return starts;
+}
+
 Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
   Fit current;
   current.plant = problem.nominal;
   current.effects = std::move(effects);
   current.unknowns =
       list_unknowns(current.plant, problem.given, current.effects, problem.free, problem.data, problem.forcing.paths());
-  const std::vector<Machine> list = machines(current.plant, current.effects, problem.data);
-  for (const Segment& window : problem.response.windows()) {
-    const std::size_t r = window.recording;
-    current.initial_states.push_back(initial_guess(window, problem.forcing.paths()[r], list[r]));
-  }
+  current.initial_states = window_starts(problem, current, starts);
   Eigen::VectorXd values = values_of(current);
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     const Unknown& unknown = current.unknowns[static_cast<std::size_t>(i)];
     values[i] = std::clamp(values[i], unknown.low, unknown.high);
   }
   assign(current, values);
-  for (std::size_t w = 0; w < starts.size(); ++w) {
-    hand_down(starts[w], joints(current.plant), current.initial_states[w]);
-  }
   simulate(problem, current, starts.empty() ? 2 : 0);
   complete_priors(problem, current);
   return current;

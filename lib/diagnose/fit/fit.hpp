@@ -75,6 +75,11 @@ Fit glance(const FitProblem& problem, Fit begun);
 /// Initial states and residual of a fit whose parameters are given. Throws NumericalError.
 Fit started(const FitProblem& problem, Fit fit);
 
+/// Starts of the windows for a fit's set: those that a fit of another has `found`, as far as both have them, else the
+/// measured motion.
+std::vector<SegmentState> window_starts(const FitProblem& problem, const Fit& fit,
+                                        const std::vector<SegmentState>& found);
+
 /// A set as it is given, before anything is adjusted; without evidence. Throws NumericalError.
 Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
 

@@ -87,7 +87,7 @@ Eigen::VectorXd Gap::least() const {
 
 double Gap::least_squares() const { return least().squaredNorm(); }
 
-Fit Gap::promised(std::vector<SegmentState> starts) const {
+Fit Gap::promised(const std::vector<SegmentState>& starts) const {
   Fit fit;
   fit.plant = plant_;
   fit.effects = filled({});
@@ -97,7 +97,7 @@ Fit Gap::promised(std::vector<SegmentState> starts) const {
     unknown.value = parameter(fit.effects[static_cast<std::size_t>(unknown.effect)].form, unknown.name);
   }
   assign(fit, values_of(fit));
-  fit.initial_states = std::move(starts);
+  fit.initial_states = window_starts(problem_, fit, starts);
   fit.residual = least();
   fit.sse = fit.residual.squaredNorm();
   fit.glanced = true;

@@ -30,8 +30,9 @@ class Gap {
   double least_squares() const;
   double squares() const { return target_.squaredNorm(); }
 
-  /// What is left as the linear response promises it: a fit that was only glanced at. `starts`: of its windows.
-  Fit promised(std::vector<SegmentState> starts) const;
+  /// What is left as the linear response promises it: a fit that was only glanced at. `starts`: of windows, as another
+  /// fit has found them.
+  Fit promised(const std::vector<SegmentState>& starts) const;
 
   /// What is left and `others`, all numbers of the former moved to where the linear response wants them.
   std::vector<Effect> filled(const std::vector<Effect>& others) const;

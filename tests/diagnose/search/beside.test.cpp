@@ -45,6 +45,31 @@ std::set<std::string> kinds(const std::vector<Promise>& list) {
 
 }  // namespace
 
+TEST_CASE("A part that the linear response promises can be simulated, and fits leave about as much",
+          "[diagnose][search]") {
+  const std::vector<Effect> others{
+      {ActuatorLag{0.05}, 0}, {PreslidingHysteresis{40.0, 0.3}, 0}, {CoulombFriction{0.3}, 0}, {InputGain{1.2}, 0}};
+  for (const Effect& other : others) {
+    CAPTURE(key({other}));
+    Searched searched({kStiff, other});
+    const Fit whole = *searched.fits.add({kStiff, other});
+    REQUIRE(leaves_little(whole));
+    for (std::size_t e = 0; e < 2; ++e) {
+      const Gap gap(searched.fits.problem(), whole, searched.jacobian(whole), {e});
+      const Fit promised = gap.promised(whole.initial_states);
+      CHECK(key(promised.effects) == key(without(whole.effects, e)));
+      CHECK(promised.glanced);
+      CHECK(promised.sse == Approx(gap.least_squares()));
+      CHECK(std::isfinite(promised.log_evidence));
+      const Fit run = started(searched.fits.problem(), promised);
+      CHECK(run.initial_states.size() == whole.initial_states.size());
+      const Fit* fitted = searched.fits.add(without(whole.effects, e));
+      REQUIRE(fitted != nullptr);
+      CHECK(fitted->sse > 0.1 * promised.sse);  // what is lost by its promise is lost
+    }
+  }
+}
+
 TEST_CASE("What a fit leaves without one of its effects is what that effect explains best", "[diagnose][search]") {
   for (const Effect& effect : various()) {
     CAPTURE(key({effect}));
