@@ -144,7 +144,8 @@ double motion_rms(const std::vector<Measured>& data) {
 FirstLook first_look(const Subject& subject, const Scene& scene) {
   const Scene part = glimpse(scene);
   const Observer observer(part.data);
-  FirstLook result{all_doubts(subject), {}, unexplained(scene), answer_to_input(part.plant, observe(part.data)).none()};
+  const Kinematics seen = observer(part.data);
+  FirstLook result{all_doubts(subject), {}, unexplained(part.plant, seen), answer_to_input(part.plant, seen).none()};
   for (const Doubt& doubt : result.doubts) {
     result.impressions.push_back(doubt.in_samples ? impression(doubt, scene, observe)
                                                   : impression(doubt, part, std::cref(observer)));
@@ -235,14 +236,17 @@ class Weighing {
 
   /// Whether a mistake can be more than listed: where plausible physics leaves little it cannot leave far less.
   bool may_decide(const Impression& impression) const {
-    const bool imitated = first_.as_it_is > kSettings.doubt.gross && clear(impression);
-    return !given_ || nonsense_ || impression.doubt->other_noise || imitated ||
-           before_.left > kSettings.doubt.far_better;
+    return !given_ || poor() || impression.doubt->other_noise || mends_gross(impression);
   }
 
   /// Whether a mistake explains nearly all of the accelerations.
   bool clear(const Impression& impression) const {
     return impression.left < kSettings.doubt.near_nothing * std::min(1.0, first_.as_it_is);
+  }
+
+  /// The same where the model as it is says little of them.
+  bool mends_gross(const Impression& impression) const {
+    return first_.as_it_is > kSettings.doubt.gross && clear(impression);
   }
 
   struct Found {
@@ -283,7 +287,7 @@ class Weighing {
                          doubt.advice(value);
     const double better = by_noise ? before_.left / now.left : lower;
     // Physics that imitates a mistake as well as that needs a number for each of its accidents.
-    const bool imitated = better > 0.8 && (nonsense_ || (first_.as_it_is > kSettings.doubt.gross && clear(impression)));
+    const bool imitated = better > 0.8 && (nonsense_ || mends_gross(impression));
     const bool far = given_ ? better > kSettings.doubt.far_better || imitated
                             : clear(impression) && (doubt.other_noise || now.left < kSettings.doubt.adequate);
     // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit.
@@ -318,10 +322,10 @@ Suspected suspect(const Subject& subject, const Scene& scene, const FirstLook& f
   const auto decided = [&] { return std::ranges::any_of(found, &Weighing::Found::decisive); };
   std::vector<Impression> list = worth_a_look(first.impressions, first.as_it_is);
   // Before physics was searched only a clear one can decide.
-  const auto others = std::ranges::stable_partition(list, [&](const Impression& i) { return weighing.clear(i); });
-  for (auto at = list.begin(); at != list.end(); ++at) {
-    if (only_decisive && at >= others.begin() && !decided()) break;
-    if (std::optional<Weighing::Found> one = weighing(*at)) found.push_back(std::move(*one));
+  std::ranges::stable_partition(list, [&](const Impression& impression) { return weighing.clear(impression); });
+  for (const Impression& impression : list) {
+    if (only_decisive && !weighing.clear(impression) && !decided()) break;
+    if (std::optional<Weighing::Found> one = weighing(impression)) found.push_back(std::move(*one));
   }
   const bool off = given && switches_input_off(given->explanation.best().fit, scene.data);
   if (!decided() && (off || (weighing.poor() && first.unanswered))) {

@@ -49,6 +49,11 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
     const Trajectory& path = paths_[r];
     std::vector<Point>& list = points_.emplace_back();
     list.reserve(m.samples() * parts_);
+    std::vector<Along>& along = along_.emplace_back(static_cast<std::size_t>(joints_));
+    for (Along& joint : along) {
+      joint.states.reserve(m.samples() * parts_);
+      joint.mobility.resize(joints_, static_cast<Eigen::Index>((m.samples() - 1) * parts_));
+    }
     const auto rests = steps_at_rest(m, path);
     rests_ = rests_ || rests.any();
     for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
@@ -75,17 +80,21 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
           p.rests[static_cast<std::size_t>(j)] = rests(row, j);
           if (rests(row, j)) p.held[j] = 0.5 * (path.missing_torque(row, j) + path.missing_torque(row + 1, j));
         }
-        p.motor = p.u;
+        JointVector motor = p.u;
         if (std::holds_alternative<Custom>(plant_)) {
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
-          p.motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
+          motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
         }
-        p.celsius = celsius_at(m.temperature, p.time);
+        for (int j = 0; j < joints_; ++j) {
+          Along& joint = along[static_cast<std::size_t>(j)];
+          const double celsius = m.temperature ? m.temperature->at(j, p.time) : kReferenceTemperature;
+          joint.mobility.col(static_cast<Eigen::Index>(list.size())) = p.mobility.col(j);
+          joint.states.push_back(
+              {p.q[j], p.v[j], p.time, motor[j], p.external[j], p.q[neighbour_of(j, joints_)], 0.0, celsius});
+        }
         list.push_back(std::move(p));
       }
     }
-    std::vector<Along>& joint_by_joint = along_.emplace_back();
-    for (int j = 0; j < joints_; ++j) joint_by_joint.push_back(along(list, j));
   }
   const Eigen::VectorXd torque = torque_scale(plant_, data_);
   double squares = 0.0, samples = 0.0;
@@ -96,18 +105,6 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
     samples += static_cast<double>(data_[r].samples());
   }
   nominal_acceleration_ = std::sqrt(squares / samples);
-}
-
-Forcing::Along Forcing::along(const std::vector<Point>& points, int j) const {
-  Along result{{}, Eigen::MatrixXd(joints_, static_cast<Eigen::Index>(points.size()))};
-  result.states.reserve(points.size());
-  const int neighbour = neighbour_of(j, joints_);
-  for (const Point& p : points) {
-    result.mobility.col(static_cast<Eigen::Index>(result.states.size())) = p.mobility.col(j);
-    const double celsius = p.celsius.size() > 0 ? p.celsius[j] : kReferenceTemperature;
-    result.states.push_back({p.q[j], p.v[j], p.time, p.motor[j], p.external[j], p.q[neighbour], 0.0, celsius});
-  }
-  return result;
 }
 
 namespace {

@@ -61,18 +61,16 @@ class Forcing {
  private:
   struct Point {
     double time;
-    JointVector q, v, sd_v, qdd, u, motor, external, nominal;
+    JointVector q, v, sd_v, qdd, u, external, nominal;
     JointVector held;  // missing torque of joints at rest, else 0
     std::array<bool, kMaxJoints> rests{};
     JointMatrix mobility;
-    JointVector celsius;  // where it is recorded
   };
   /// Of one joint, point by point: what effects look at, and what a torque adds to the accelerations.
   struct Along {
     std::vector<JointState> states;
     Eigen::MatrixXd mobility;  // joints x points
   };
-  Along along(const std::vector<Point>& points, int joint) const;
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;
 
   Plant plant_;

@@ -10,15 +10,13 @@ namespace bayesctrl {
 
 namespace {
 
-/// Numbers for each of some joints; how many joints may be a constant.
-template <int kJoints, int kEach>
-inline constexpr int kNumbers = kJoints == Eigen::Dynamic ? Eigen::Dynamic : kEach* kJoints;
-template <int kJoints, int kEach>
-inline constexpr int kMostNumbers = kEach*(kJoints == Eigen::Dynamic ? kMaxJoints : kJoints);
+/// So many numbers for each joint; where the number of joints is no constant that is none, and the most are.
+constexpr int numbers(int each, int joints) { return joints == Eigen::Dynamic ? Eigen::Dynamic : each * joints; }
+constexpr int most_numbers(int each, int joints) { return each * (joints == Eigen::Dynamic ? kMaxJoints : joints); }
 
-template <int kJoints, int kEachRow, int kEachColumn>
-using Numbers = Eigen::Matrix<double, kNumbers<kJoints, kEachRow>, kNumbers<kJoints, kEachColumn>, Eigen::ColMajor,
-                              kMostNumbers<kJoints, kEachRow>, kMostNumbers<kJoints, kEachColumn>>;
+template <int kJoints, int kRows, int kColumns>
+using Numbers = Eigen::Matrix<double, numbers(kRows, kJoints), numbers(kColumns, kJoints), Eigen::ColMajor,
+                              most_numbers(kRows, kJoints), most_numbers(kColumns, kJoints)>;
 
 // One function per operation: as expressions each of these products would be compiled anew where it stands.
 template <class Square>
@@ -80,7 +78,7 @@ void propagate_of(const Plant& plant, Joints<kJoints>& q, Joints<kJoints>& v, co
 /// One pass of the filter over a stretch; keeps what the smoother needs if asked.
 template <int kJoints>
 class Filter {
-  using State = Eigen::Matrix<double, kNumbers<kJoints, 3>, 1, Eigen::ColMajor, kMostNumbers<kJoints, 3>, 1>;
+  using State = Eigen::Matrix<double, numbers(3, kJoints), 1, Eigen::ColMajor, most_numbers(3, kJoints), 1>;
   using Square = Numbers<kJoints, 3, 3>;
 
  public:
@@ -212,22 +210,18 @@ class Filter {
   Eigen::Index n_;
 };
 
-/// Calls f(a filter): of one or two joints its matrices are arrays.
-double with_filter(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise,
-                   const std::vector<TorquePrior>& prior, auto&& f) {
-  if (noise.size() == 1) return f(Filter<1>(plant, data, noise, prior));
-  if (noise.size() == 2) return f(Filter<2>(plant, data, noise, prior));
-  return f(Filter<Eigen::Dynamic>(plant, data, noise, prior));
-}
-
-/// Log likelihood of a recording under a prior; the motion is what was asked for.
+/// Log likelihood of a recording under a prior; the motion is what was asked for. Of one or two joints the filter's
+/// matrices are arrays.
 double filtered(const Plant& plant, const Measured& data, const Eigen::VectorXd& noise,
                 const std::vector<TorquePrior>& prior, Trajectory* out) {
-  return with_filter(plant, data, noise, prior, [&](auto filter) {
+  const auto run = [&](auto filter) {
     double likelihood = 0.0;
     for (const Segment& stretch : stretches(data, 0)) likelihood += filter.run(stretch, out);
     return likelihood;
-  });
+  };
+  if (noise.size() == 1) return run(Filter<1>(plant, data, noise, prior));
+  if (noise.size() == 2) return run(Filter<2>(plant, data, noise, prior));
+  return run(Filter<Eigen::Dynamic>(plant, data, noise, prior));
 }
 
 }  // namespace

@@ -125,6 +125,10 @@ bool has_kind(const std::vector<Effect>& effects, const Effect& other) {
   return std::ranges::any_of(effects, [&](const Effect& one) { return same_place(one, other); });
 }
 
+bool holds(const std::vector<Effect>& set, const std::vector<Effect>& part) {
+  return std::ranges::all_of(part, [&](const Effect& one) { return has_kind(set, one); });
+}
+
 std::vector<Effect> Promise::set() const {
   std::vector<Effect> effects = gap->left();
   effects.insert(effects.end(), others.begin(), others.end());

@@ -53,6 +53,9 @@ class Gap {
 /// Whether a set holds an effect of this kind in this place.
 bool has_kind(const std::vector<Effect>& effects, const Effect& other);
 
+/// Whether it holds all of another set so.
+bool holds(const std::vector<Effect>& set, const std::vector<Effect>& part);
+
 /// A set that may be better than a fit: what is left of that, and others.
 struct Promise {
   double evidence = 0.0;  // that the linear response promises

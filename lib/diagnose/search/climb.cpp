@@ -142,9 +142,6 @@ class Climb {
   }
 
  private:
-  static bool holds(const std::vector<Effect>& set, const std::vector<Effect>& part) {
-    return std::ranges::all_of(part, [&](const Effect& one) { return has_kind(set, one); });
-  }
   bool stood(const Fit& fit) const {
     return std::ranges::any_of(stood_, [&](const auto& set) { return key(set) == key(fit.effects); });
   }
@@ -200,12 +197,11 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
     const bool most = at.explains_most();
     // A large set that explains most and is not all may have effects that only together do what one does: adding to
     // it is expensive, and leads away from that one.
-    if (most && at.large() && at.leaves_something()) {
-      at.disentangled();
-      if (at.better()) {
-        fits.add_subsets();
-        continue;
-      }
+    const bool first = most && at.large() && at.leaves_something();
+    if (first) at.disentangled();
+    if (first && at.better()) {
+      fits.add_subsets();
+      continue;
     }
     if (most) at.promised();
     if (!at.better() && !leaves_little(at.best())) at.screened(hopeless);
@@ -213,7 +209,7 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
     if (at.leaves_something()) at.other_laws();
     if (leaves_little(at.best())) at.equivalent();
     if (at.leaves_something() && leaves_little(at.best()) && !at.better()) at.regrown();
-    if (most && !at.better()) at.disentangled();
+    if (most && !first && !at.better()) at.disentangled();
     fits.add_subsets();
   }
 }

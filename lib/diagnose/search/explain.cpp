@@ -108,12 +108,6 @@ double hopeless_behind(const Finding& best) {
   return kSettings.search.hopeless + kSettings.search.screen_error * 0.5 * best.explained;
 }
 
-/// Whether a set holds all kinds of another, which is not empty, and more.
-bool adds_to(const std::vector<Effect>& set, const std::vector<Effect>& part) {
-  return !part.empty() && set.size() > part.size() &&
-         std::ranges::all_of(part, [&](const Effect& one) { return has_kind(set, one); });
-}
-
 /// The most promising findings of each size. What adds to a set that leaves only noise is left to those who climb from
 /// there: they know what it promises.
 void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictionary& dictionary,
@@ -131,7 +125,8 @@ void fit_findings(Fits& fits, const std::vector<Finding>& findings, const Dictio
     ++total;
     std::vector<Effect> set = finding.effects(dictionary);
     const Fit& best = *fits.ranked().front();
-    if (result.p_value(best) > kSettings.search.relinearise && adds_to(set, best.effects)) continue;
+    const bool more = !best.effects.empty() && set.size() > best.effects.size() && holds(set, best.effects);
+    if (more && result.p_value(best) > kSettings.search.relinearise) continue;
     fits.add(std::move(set));
   }
 }

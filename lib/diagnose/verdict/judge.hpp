@@ -57,6 +57,7 @@ class Missing {
   Projected rows_;
   mutable std::optional<Discrepancy> discrepancy_;
 };
+
 Missing missing_torque(const Search& search);
 
 /// Whether a set is named, declined or one of several, and what is stated then. `p_given`: p-value of the nominal as it
