@@ -227,11 +227,7 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
 void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
                    const ExplainOptions& options) {
   Climb at(fits, screen, dictionary, result, options);
-  double left = kInfinity;
   for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set}; ++size) {
-    const double now = result.excess(*fits.ranked().front());
-    const bool less = now < (1.0 - kSettings.search.worth_growing) * std::exchange(left, now);
-    if (size > std::size_t{kSettings.search.most_effects} && !less) return;
     for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size); ++stands) {
       if (!at.paired()) at.promised();
       at.other_laws();
