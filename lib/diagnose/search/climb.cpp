@@ -230,6 +230,7 @@ void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionar
   for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set}; ++size) {
     for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size); ++stands) {
       if (!at.paired()) at.promised();
+      at.disentangled();
       at.other_laws();
       if (leaves_little(*fits.ranked().front())) return;
     }
