@@ -227,7 +227,10 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
 void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
                    const ExplainOptions& options) {
   Climb at(fits, screen, dictionary, result, options);
+  double reached = -kInfinity;
   for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set}; ++size) {
+    const double best = fits.ranked().front()->log_evidence;
+    if (best <= std::exchange(reached, best) && size > std::size_t{kSettings.search.most_effects}) return;
     for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size); ++stands) {
       if (!at.paired()) at.promised();
       at.disentangled();

@@ -191,7 +191,7 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
     fit_findings(fits, findings, dictionary, result, options);
   }
   fits.add_subsets();
-  if (!leaves_little(*fits.ranked().front())) {
+  if (result.excess(*fits.ranked().front()) > kSettings.search.restarts_below) {
     search_along_motion(fits, findings, screen, dictionary, result, options);
   }
   climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);
