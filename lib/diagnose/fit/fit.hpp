@@ -80,10 +80,7 @@ Fit started(const FitProblem& problem, Fit fit);
 std::vector<SegmentState> window_starts(const FitProblem& problem, const Fit& fit,
                                         const std::vector<SegmentState>& found);
 
-/// A set as it is given, its numbers within their bounds, before anything is simulated.
-Fit unsimulated(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
-
-/// The same with what it leaves, before anything is adjusted; without evidence. Throws NumericalError.
+/// A set as it is given, before anything is adjusted; without evidence. Throws NumericalError.
 Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
 
 /// The same from where a fit is, with the exact Jacobian.

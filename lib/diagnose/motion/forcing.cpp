@@ -181,27 +181,6 @@ Eigen::MatrixXd Forcing::held(int joint, std::size_t recording) const {
   return result;
 }
 
-std::vector<Eigen::MatrixXd> Forcing::resting(int joint) const {
-  const auto j = static_cast<std::size_t>(joint);
-  Eigen::Index count = 0;
-  for (const std::vector<Point>& points : points_) {
-    for (std::size_t i = 0; i < points.size(); ++i) count += points[i].rests[j] && (i == 0 || !points[i - 1].rests[j]);
-  }
-  std::vector<Eigen::MatrixXd> result;
-  Eigen::Index column = -1;
-  for (std::size_t r = 0; r < points_.size(); ++r) {
-    result.emplace_back(Eigen::MatrixXd::Zero(data_[r].position.size(), count));
-    const std::vector<Point>& points = points_[r];
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (!points[i].rests[j]) continue;
-      if (i == 0 || !points[i - 1].rests[j]) ++column;
-      result[r].col(column).segment(static_cast<Eigen::Index>(i / parts_) * joints_, joints_) +=
-          points[i].mobility.col(joint) / static_cast<double>(parts_);
-    }
-  }
-  return result;
-}
-
 /// By effects on the input of one joint.
 Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const {
   const Measured& m = data_[recording];

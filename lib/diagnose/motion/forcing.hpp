@@ -25,10 +25,6 @@ class Forcing {
   /// level. Zero in all rows where the joint never rests for long.
   Eigen::MatrixXd held(int joint, std::size_t recording) const;
 
-  /// A unit torque in a joint for as long as it rests, as accelerations in the order of the response's rows: one column
-  /// for each time it rests, per recording.
-  std::vector<Eigen::MatrixXd> resting(int joint) const;
-
   /// What a sensor effect adds to the measured positions; zero for all others.
   Eigen::MatrixXd measured(const Effect& effect, std::size_t recording) const;
 

@@ -29,7 +29,7 @@ double correlation(const Fit& fit, int one, int other) {
 
 }  // namespace
 
-Gap::Gap(const FitProblem& problem, const Rests& rests, const Fit& fit, const Eigen::MatrixXd& jacobian,
+Gap::Gap(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& jacobian,
          const std::vector<std::size_t>& out)
     : problem_(problem), plant_(fit.plant), sse_(fit.sse) {
   std::vector<int> place(fit.effects.size(), -1);
@@ -47,12 +47,6 @@ Gap::Gap(const FitProblem& problem, const Rests& rests, const Fit& fit, const Ei
     unknowns_.push_back(std::move(unknown));
   }
   beside_.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(unknowns_.size()));
-  unsigned holding = 0;  // joints that what is left holds at rest
-  for (const Effect& effect : left_) holding |= effect.form.roles().dry_friction ? 1U << effect.joint : 0U;
-  if (const Eigen::MatrixXd held = rests.of(holding); held.cols() > 0) {
-    beside_.conservativeResize(Eigen::NoChange, beside_.cols() + held.cols());
-    beside_.rightCols(held.cols()) = held;
-  }
   target_ = fit.residual;
   if (!out_.empty()) target_ += response_of(fit.effects) - response_of(left_);
 }
@@ -107,7 +101,7 @@ Fit Gap::promised(const std::vector<SegmentState>& starts) const {
   fit.residual = least();
   fit.sse = fit.residual.squaredNorm();
   fit.glanced = true;
-  weigh(problem_, fit, beside_.leftCols(static_cast<Eigen::Index>(unknowns_.size())));
+  weigh(problem_, fit, beside_);
   return fit;
 }
 
@@ -146,7 +140,7 @@ std::vector<Promise> promises(const FitProblem& problem, const Screen& screen, c
                               double margin) {
   std::vector<Promise> list;
   if (fit.effects.size() - out.size() >= std::size_t{kSettings.search.largest_set}) return list;
-  const auto gap = std::make_shared<const Gap>(problem, dictionary.rests, fit, jacobian, out);
+  const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, out);
   const Additions all = gap->additions(screen, {});
   const double lost = 0.5 * (all.left - fit.sse);
   for (const Finding& finding : all.findings) {
@@ -162,7 +156,7 @@ std::vector<Promise> paired(const FitProblem& problem, const Screen& screen, con
                             const Fit& fit, const Eigen::MatrixXd& jacobian) {
   std::vector<Promise> list;
   if (fit.effects.size() + 2 > std::size_t{kSettings.search.largest_set}) return list;
-  const auto gap = std::make_shared<const Gap>(problem, dictionary.rests, fit, jacobian, std::vector<std::size_t>{});
+  const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, std::vector<std::size_t>{});
   const auto knows = [&](const Effect& one) { return gap->knows(one); };
   const Additions singles = gap->additions(screen, {}), pairs = gap->additions(screen, {}, true);
   double most = 0.0;  // nats that one alone promises
@@ -181,7 +175,7 @@ std::vector<Promise> paired(const FitProblem& problem, const Screen& screen, con
 std::vector<Promise> replacements(const FitProblem& problem, const Screen& screen, const Dictionary& dictionary,
                                   const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out,
                                   double margin) {
-  const auto gap = std::make_shared<const Gap>(problem, dictionary.rests, fit, jacobian, out);
+  const auto gap = std::make_shared<const Gap>(problem, fit, jacobian, out);
   std::vector<Effect> others;
   std::vector<Promise> list;
   while (others.size() < 2 && gap->left().size() + others.size() < std::size_t{kSettings.search.largest_set}) {

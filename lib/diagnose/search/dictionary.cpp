@@ -25,50 +25,33 @@ OperatingRange searched_range(const std::vector<Measured>& data, const std::vect
   return range;
 }
 
-/// The longest rests of each joint.
-Rests rests_of(const LinearResponse& response, const Forcing& forcing) {
-  Rests rests;
-  rests.columns.resize(response.rows(), 0);
-  for (int joint = 0; forcing.rests() && joint < joints(forcing.plant()); ++joint) {
-    const std::vector<Eigen::MatrixXd> resting = forcing.resting(joint);
-    std::vector<std::pair<double, Eigen::Index>> squares;  // of accelerations
-    for (Eigen::Index c = 0; c < resting.front().cols(); ++c) {
-      double sum = 0.0;
-      for (const Eigen::MatrixXd& recording : resting) sum += recording.col(c).squaredNorm();
-      squares.emplace_back(sum, c);
+/// Dry friction that holds a joint at rest does there what all other torques together undo, whatever its level: one
+/// column more for all of its shapes, whose coefficient is about 1.
+void add_what_is_held(Dictionary& dictionary, const LinearResponse& response, const Forcing& forcing) {
+  for (int joint = 0; joint < joints(forcing.plant()); ++joint) {
+    std::vector<Eigen::MatrixXd> held;
+    bool any = false;
+    for (std::size_t r = 0; r < forcing.data().size(); ++r) {
+      held.emplace_back(forcing.held(joint, r).transpose().reshaped());
+      any |= !held.back().isZero(0.0);
     }
-    std::ranges::stable_sort(squares, std::greater{}, [](const auto& rest) { return rest.first; });
-    squares.resize(std::min(squares.size(), std::size_t{kSettings.search.most_rests}));
-    std::vector<Eigen::MatrixXd> chosen;
-    for (const Eigen::MatrixXd& recording : resting) {
-      Eigen::MatrixXd& some = chosen.emplace_back(recording.rows(), static_cast<Eigen::Index>(squares.size()));
-      for (std::size_t i = 0; i < squares.size(); ++i) {
-        const auto c = recording.col(squares[i].second);
-        const double largest = c.cwiseAbs().maxCoeff();
-        some.col(static_cast<Eigen::Index>(i)) =
-            largest > 0.0 ? (forcing.nominal_acceleration() / largest * c).eval() : c;
+    if (!any) continue;
+    const auto column = dictionary.columns.cols();
+    dictionary.columns.conservativeResize(Eigen::NoChange, column + 1);
+    dictionary.columns.col(column) = response.responses(held);
+    dictionary.scale.conservativeResize(column + 1);
+    dictionary.scale[column] = 1.0;
+    for (Suspect& suspect : dictionary.suspects) {
+      if (suspect.joint != joint || !catalogue()[suspect.kind]->roles.dry_friction) continue;
+      for (Atom& atom : suspect.atoms) {
+        atom.columns.push_back(static_cast<int>(column));
+        atom.holds = true;
       }
     }
-    if (squares.empty()) continue;
-    const Eigen::Index known = rests.columns.cols();
-    rests.columns.conservativeResize(Eigen::NoChange, known + chosen.front().cols());
-    rests.columns.rightCols(chosen.front().cols()) = response.responses(chosen);
-    rests.joints.insert(rests.joints.end(), squares.size(), joint);
   }
-  return rests;
 }
 
 }  // namespace
-
-Eigen::MatrixXd Rests::of(unsigned wanted) const {
-  Eigen::MatrixXd result(columns.rows(), columns.cols());
-  Eigen::Index count = 0;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    if ((wanted >> joints[i]) & 1U) result.col(count++) = columns.col(static_cast<Eigen::Index>(i));
-  }
-  result.conservativeResize(Eigen::NoChange, count);
-  return result;
-}
 
 double effect_penalty(std::size_t possible) {
   const double likely =
@@ -103,7 +86,6 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
         }
         if (of_one) suspect.recording = shape.recording;
         Atom atom;
-        atom.holds = catalogue()[kind]->roles.dry_friction ? joint : -1;
         atom.sign = shape.sign;
         atom.low = shape.low;
         atom.high = shape.high;
@@ -161,7 +143,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
       dictionary.columns.col(from + i) *= dictionary.scale[from + i];
     }
   }
-  dictionary.rests = rests_of(response, forcing);
+  add_what_is_held(dictionary, response, forcing);
   // Shapes of which nothing can be seen in these recordings are no suspects.
   const double visible = 1e-8 * std::max(1.0, dictionary.columns.colwise().norm().maxCoeff());
   for (Suspect& suspect : dictionary.suspects) {

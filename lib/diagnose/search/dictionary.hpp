@@ -11,19 +11,13 @@ namespace bayesctrl {
 /// One shape of an effect that enters the response linearly: its columns in a dictionary.
 struct Atom {
   std::vector<int> columns;
-  int holds = -1;  // joint that it holds at rest, whatever else acts there, as dry friction does; else -1
-  int sign = 0;    // 1: coefficients cannot be negative
+  bool holds = false;  // the last of them is not of the shape, but what dry friction holds at rest
+  int sign = 0;        // 1: coefficients cannot be negative
   double low = -kInfinity, high = kInfinity;              // bounds of coefficients
   std::function<Effect(std::span<const double>)> effect;  // from coefficients
-};
 
-/// What dry friction may do while a joint rests: a torque of its own at each rest, which no level tells.
-struct Rests {
-  Eigen::MatrixXd columns;  // rows of the response x rests; an acceleration as large as the nominal's
-  std::vector<int> joints;  // of each
-
-  /// Those of these joints (one bit each).
-  Eigen::MatrixXd of(unsigned wanted) const;
+  /// Columns of the shape itself.
+  int members() const { return static_cast<int>(columns.size()) - (holds ? 1 : 0); }
 };
 
 /// One effect of the catalogue in one joint, and the shapes that it may have.
@@ -44,7 +38,6 @@ struct Dictionary {
   std::vector<Suspect> suspects;
   Eigen::MatrixXd columns;  // rows of the response x columns
   Eigen::VectorXd scale;    // prior standard deviation of each coefficient
-  Rests rests;
 
   /// Nats against an effect before anything is seen: a machine has few, and all that can act share them.
   double penalty() const;

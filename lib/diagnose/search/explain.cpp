@@ -5,7 +5,6 @@
 #include <functional>
 #include <optional>
 #include <ranges>
-#include <set>
 
 #include "base/error.hpp"
 #include "diagnose/search/climb.hpp"
@@ -138,7 +137,7 @@ bool adds_one_number(const Finding& finding, const std::vector<Effect>& set, con
   for (std::size_t i = 0; i < finding.suspects.size(); ++i) {
     const Suspect& suspect = dictionary.suspects[static_cast<std::size_t>(finding.suspects[i])];
     const bool known = std::ranges::any_of(set, [&](const Effect& effect) { return suspect.is(effect); });
-    if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].columns.size() == 1;
+    if (!known) return suspect.atoms[static_cast<std::size_t>(finding.atoms[i])].members() == 1;
   }
   return false;
 }
@@ -162,25 +161,6 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
   fits.add_simpler();
 }
 
-/// Where what the screen proposes is far from all that the machine did, simulations of sets that lack something strong
-/// go astray, and so do the steps from them. Along the motion every set is where the machine was: what leads on from
-/// there, and the best of that to begin with.
-void search_along_motion(Fits& fits, const std::vector<Finding>& findings, const Screen& screen,
-                         const Dictionary& dictionary, const Explanation& result, const ExplainOptions& options) {
-  Fits along = fits.along_motion();
-  along.add({});
-  for (const Finding& finding : findings | std::views::take(int{kSettings.search.findings_along_motion})) {
-    if (!finding.suspects.empty()) along.add(finding.effects(dictionary));
-  }
-  climb_by_size(along, screen, dictionary, result, options);
-  const std::vector<const Fit*> ranked = along.ranked();
-  std::set<std::size_t> sizes;
-  for (const Fit* fit : ranked) {
-    if (fit->sse > kSettings.search.lost * ranked.front()->sse) break;
-    if (sizes.insert(fit->effects.size()).second) fits.add(fit->effects);
-  }
-}
-
 /// Fits what the screen proposes and what lies next to the best of it, until it is `futile`. Where one of the sets that
 /// are known already leaves only noise, the screen has nothing to propose.
 void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
@@ -191,9 +171,6 @@ void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, cons
     fit_findings(fits, findings, dictionary, result, options);
   }
   fits.add_subsets();
-  if (result.excess(*fits.ranked().front()) > kSettings.search.restarts_below) {
-    search_along_motion(fits, findings, screen, dictionary, result, options);
-  }
   climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }

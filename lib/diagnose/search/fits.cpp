@@ -46,38 +46,21 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   return max_step_;
 }
 
-Fits Fits::along_motion() const {
-  Fits result(nominal_, given_, data_, options_, penalty_);
-  result.about_ = about_;
-  result.max_step_ = max_step_;
-  result.along_motion_ = true;
-  return result;
-}
-
-Fit Fits::begun(const std::vector<Effect>& effects, const std::vector<SegmentState>& starts) const {
-  return along_motion_ ? begin_along_motion(problem(), effects) : begin(problem(), effects, starts);
-}
-
-Fit Fits::settled(Fit begun) const {
-  if (along_motion_) return fit_with_process_noise(problem(), *about_->response, std::move(begun));
-  return completed(problem(), std::move(begun));
-}
-
 /// A set, begun with other numbers where they leave less. Throws NumericalError where neither can be simulated.
 Fit Fits::begin_with(const std::vector<Effect>& effects, const std::vector<Effect>& other,
                      const std::vector<SegmentState>& starts) const {
-  if (other.empty()) return begun(effects, starts);
-  std::optional<Fit> there;
+  if (other.empty()) return begin(problem(), effects, starts);
+  std::optional<Fit> begun;
   try {
-    there = begun(other, starts);
+    begun = begin(problem(), other, starts);
   } catch (const NumericalError&) {  // as they are it cannot be simulated
-    return begun(effects, starts);
+    return begin(problem(), effects, starts);
   }
   try {
-    Fit given = begun(effects, starts);
-    return there->sse < given.sse ? std::move(*there) : std::move(given);
+    Fit given = begin(problem(), effects, starts);
+    return begun->sse < given.sse ? std::move(*begun) : std::move(given);
   } catch (const NumericalError&) {
-    return std::move(*there);
+    return std::move(*begun);
   }
 }
 
@@ -95,7 +78,7 @@ const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& oth
     starts = old->second.initial_states;
   }
   try {
-    Fit found = settled(begin_with(effects, other, starts));
+    Fit found = completed(problem(), begin_with(effects, other, starts));
     if (std::optional<Fit> again = from_motion(found)) found = std::move(*again);
     fits_.insert_or_assign(name, std::move(found));
   } catch (const NumericalError&) {
@@ -117,9 +100,7 @@ const LinearResponse& Fits::beside_process_noise(const Fit& fit) {
 /// stop short where they part from the machine, as at rest or in a gap, and beside process noise none do. Of sets
 /// that are near the truth and not lost.
 std::optional<Fit> Fits::from_motion(const Fit& known) {
-  if (along_motion_ || known.effects.empty() ||
-      known.sse < kSettings.search.stuck * noise_sse(about_->response->rows()))
-    return {};
+  if (known.effects.empty() || known.sse < kSettings.search.stuck * noise_sse(about_->response->rows())) return {};
   const double near = 1.0 + std::pow(kSettings.search.restarts_below, 2);
   if (is_lost(known) || known.sse > near * static_cast<double>(about_->response->rows())) return {};
   try {
@@ -186,7 +167,7 @@ bool Fits::is_lost(const Gap& part) const {
 const Eigen::MatrixXd& Fits::jacobian(const Fit& fit) {
   auto& [where, known] = jacobians_[key(fit.effects)];
   if (Eigen::VectorXd values = values_of(fit); known.size() == 0 || values != where) {
-    known = along_motion_ ? jacobian_along_motion(problem(), fit) : linear_jacobian(problem(), fit);
+    known = linear_jacobian(problem(), fit);
     where = std::move(values);
   }
   return known;
@@ -195,8 +176,7 @@ const Eigen::MatrixXd& Fits::jacobian(const Fit& fit) {
 /// What is left of a fit without the one effect that a set lacks; none where it lacks another number of them.
 std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) {
   for (std::size_t e = 0; e < of.effects.size(); ++e) {
-    if (key(without(of.effects, e)) == key(effects))
-      return Gap(problem(), about_->dictionary.rests, of, jacobian(of), {e});
+    if (key(without(of.effects, e)) == key(effects)) return Gap(problem(), of, jacobian(of), {e});
   }
   return std::nullopt;
 }
@@ -217,7 +197,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
 /// does not explain most the set may be the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
-  if (!along_motion_ && explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
+  if (explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of, problem());
     const auto give_up = [&](Fit seen) {
       const std::string name = key(effects);
@@ -320,10 +300,9 @@ std::vector<Fit> Fits::finalists() const {
 bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar) {
   try {
     Fit& known = fits_.at(key(start));
-    Fit there = begun(start, starts);
-    if (!from_afar && there.sse >= known.sse) return false;
-    Fit tried = settled(std::move(there));
-    if (!along_motion_) tried = refined(problem(), std::move(tried));
+    Fit begun = begin(problem(), start, starts);
+    if (!from_afar && begun.sse >= known.sse) return false;
+    Fit tried = refined(problem(), completed(problem(), std::move(begun)));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);
     return true;

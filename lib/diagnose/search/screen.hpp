@@ -53,18 +53,17 @@ class Screen {
  private:
   struct Products;
   struct Value;
-  Finding climb(Products& products, std::vector<int> suspects, std::vector<int> atoms, std::size_t settled = 0) const;
-  Finding grown(Products& products, Finding finding, const std::vector<Finding>& singles) const;
-  Value value(Products& products, std::span<const Atom* const> atoms) const;
+  Finding climb(const Products& products, std::vector<int> suspects, std::vector<int> atoms,
+                std::size_t settled = 0) const;
+  Finding grown(const Products& products, Finding finding, const std::vector<Finding>& singles) const;
+  Value value(const Products& products, std::span<const Atom* const> atoms) const;
 
   const Dictionary& dictionary_;
   const Eigen::MatrixXd& columns_;
-  const Eigen::VectorXd& target_;
   ScreenOptions options_;
   double squares_;  // of the target
   Eigen::VectorXd g_;
   Eigen::MatrixXd gram_;
-  unsigned resting_ = 0;  // joints that rest, one bit each
 };
 
 }  // namespace bayesctrl

@@ -55,7 +55,7 @@ TEST_CASE("A part that the linear response promises can be simulated, and fits l
     const Fit whole = *searched.fits.add({kStiff, other});
     REQUIRE(leaves_little(whole));
     for (std::size_t e = 0; e < 2; ++e) {
-      const Gap gap(searched.fits.problem(), searched.dictionary().rests, whole, searched.jacobian(whole), {e});
+      const Gap gap(searched.fits.problem(), whole, searched.jacobian(whole), {e});
       const Fit promised = gap.promised(whole.initial_states);
       CHECK(key(promised.effects) == key(without(whole.effects, e)));
       CHECK(promised.glanced);
@@ -76,7 +76,7 @@ TEST_CASE("What a fit leaves without one of its effects is what that effect expl
     Searched searched({effect});
     const Fit fit = *searched.fits.add({effect});
     REQUIRE(leaves_little(fit));
-    const Gap gap(searched.fits.problem(), searched.dictionary().rests, fit, searched.jacobian(fit), {0});
+    const Gap gap(searched.fits.problem(), fit, searched.jacobian(fit), {0});
     CHECK(gap.left().empty());
     CHECK(gap.knows(effect));
     const Additions all = gap.additions(searched.screen, {});
@@ -88,31 +88,6 @@ TEST_CASE("What a fit leaves without one of its effects is what that effect expl
     // In its own place it would be as good as it is: shapes of the dictionary are coarse.
     CHECK(gap.gain(all, *itself, 0) > -0.05 * 0.5 * (all.left - fit.sse) - 10.0);
     CHECK(gap.gain(all, *itself, 0) < 10.0);
-  }
-}
-
-TEST_CASE("Where dry friction holds a joint at rest it undoes whatever else acts there", "[diagnose][search]") {
-  const Effect friction{CoulombFriction{0.35}, 0};
-  for (const Effect& other : {Effect{CoggingTorque{0.6, 9.4, 0.4}, 0}, Effect{LinearSpring{1.5}, 0},
-                              Effect{ConstantBias{0.5}, 0}, Effect{CubicSpring{1.2}, 0}}) {
-    CAPTURE(key({other}));
-    const Machine machine(testing::kPendulum, {friction, other});
-    testing::RecordedFits recorded({testing::let_go(machine, 2.2, 31), testing::let_go(machine, -2.6, 32)},
-                                   usual_effects());
-    REQUIRE(recorded.about->forcing->rests());
-    const Dictionary& dictionary = recorded.about->dictionary;
-    CHECK(dictionary.rests.columns.cols() >= 2);
-    const Screen screen(dictionary, dictionary.columns, recorded.about->response->target(), {.penalty = 3.0});
-    Fits along = recorded.fits.along_motion();
-    const Fit alone = *along.add({friction});
-    const auto with_best = [&](const Rests& rests) {  // what is left then
-      const Gap gap(along.problem(), rests, alone, along.jacobian(alone), {});
-      const Additions all = gap.additions(screen, {});
-      const Effect found = all.findings.front().effects(dictionary).front();
-      CHECK(found.form.index() == other.form.index());
-      return all.left - all.findings.front().explained;
-    };
-    CHECK(with_best(dictionary.rests) < 0.5 * with_best({}));  // the latter takes rests for motion
   }
 }
 

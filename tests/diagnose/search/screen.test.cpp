@@ -117,42 +117,6 @@ TEST_CASE("A set's evidence is its density less the penalties of its effects and
   }
 }
 
-TEST_CASE("What holds at rest may hold another torque at each rest, as likely as its prior says",
-          "[diagnose][search]") {
-  Dictionary dictionary = random_dictionary(5, 4, true, 0, 1);
-  dictionary.rests = {2.0 * white_rows(5, kRows * 3).reshaped(kRows, 3), {0, 1, 0}};
-  for (Suspect& suspect : dictionary.suspects) {
-    if (suspect.kind == 0 || suspect.kind == 3) {
-      for (Atom& atom : suspect.atoms) atom.holds = 0;
-    }
-  }
-  const Eigen::MatrixXd rests = dictionary.rests.of(1U);  // those of the first joint
-  REQUIRE(rests.cols() == 2);
-  const Eigen::VectorXd y = planted(dictionary, 2) + 3.0 * rests.col(1);
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(kRows, kRows), held = one + rests * rests.transpose();
-  int holding = 0;
-  for (const Finding& finding : Screen(dictionary, dictionary.columns, y, {.penalty = 3.0}).all()) {
-    const bool holds = std::ranges::any_of(finding.suspects, [](int i) { return i == 0 || i == 3; });
-    const std::vector<int> columns = columns_of(dictionary, finding);
-    if (!holds) {
-      CHECK(finding.log_evidence == Approx(evidence(dictionary, finding, columns, y, 3.0)).margin(1e-9));
-      continue;
-    }
-    ++holding;
-    const Eigen::MatrixXd x = dictionary.columns(Eigen::all, columns);
-    const Eigen::MatrixXd white_x = testing::dense::solve(held, x), white_y = testing::dense::solve(held, y);
-    const Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(x.cols(), x.cols()) + x.transpose() * white_x;
-    const Eigen::VectorXd wide = testing::dense::solve(precision, x.transpose() * white_y).cwiseAbs().cwiseMax(1.0);
-    const Eigen::MatrixXd scaled = x * wide.asDiagonal();
-    double expected = testing::dense::log_density(y, held + scaled * scaled.transpose()) + 0.5 * y.squaredNorm();
-    for (const int i : finding.suspects) {
-      expected -= 3.0 + std::log(double(dictionary.suspects[static_cast<std::size_t>(i)].atoms.size()));
-    }
-    CHECK(finding.log_evidence == Approx(expected).margin(1e-9));
-  }
-  CHECK(holding > 10);
-}
-
 TEST_CASE("As many effects are expected of a machine, however many may be in it, and none is likely before it is seen",
           "[diagnose][search]") {
   double before = 0.0;
