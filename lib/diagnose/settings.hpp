@@ -201,9 +201,12 @@ struct SearchSettings {
   int kept_findings = 100;
   int beam = 40;
   int most_columns = 24;
+  int most_rests = 12;
   double most_frequencies = 1500.0;
   double sensor_prior = 0.2;
   int fitted_findings = 8;
+  int findings_along_motion = 24;
+  int stands_along_motion = 2;
   double usual_rows = 700.0;
   double most_effort = 5.0;
   int neighbours = 6;
@@ -258,12 +261,18 @@ struct SearchSettings {
     field("kept_findings", self.kept_findings, {kPositive, "", "pairs, and triples, that the screen returns"});
     field("beam", self.beam, {kPositive, "", "pairs that it extends to triples"});
     field("most_columns", self.most_columns, {kPositive, "", "of one set in the screen"});
+    field("most_rests", self.most_rests,
+          {kPositive, "", "of a joint, the longest, at each of which dry friction may hold another torque"});
     field("most_frequencies", self.most_frequencies,
           {kPositive, "",
            "of a periodic disturbance that are tried: of more, those that are strongest in the missing torque"});
     field("sensor_prior", self.sensor_prior,
           {kPositive, "rad, and part of a scale", "prior standard deviation of a sensor's offset and scale"});
     field("fitted_findings", self.fitted_findings, {kPositive, "", "of the screen, at least"});
+    field("findings_along_motion", self.findings_along_motion,
+          {kPositive, "", "of the screen that are fitted along the motion where those leave much"});
+    field("stands_along_motion", self.stands_along_motion,
+          {kPositive, "", "sets of each size from which that search goes on"});
     field("usual_rows", self.usual_rows,
           {kPositive, "",
            "of a response: with fewer the search is as much more thorough, since fits are as much faster"});

@@ -18,6 +18,10 @@ struct RecordedFits {
     options.allowed = std::move(allowed);
     linearise(smooth_all(plant, data, noise));
   }
+  RecordedFits(std::vector<Measured> recorded, std::vector<std::size_t> allowed) : data(std::move(recorded)) {
+    options.allowed = std::move(allowed);
+    linearise(smooth_all(plant, data, noise));
+  }
   RecordedFits(const RecordedFits&) = delete;  // the parts refer to one another
 
   /// Longest step of the integration.

@@ -12,6 +12,18 @@ namespace bayesctrl::testing {
 inline const Plant kPendulum = Pendulum{.length = 0.8, .friction = 0.2, .mass = 0.6};
 inline constexpr double kPendulumNoise = 3e-4;  // rad
 
+/// 10 s of a machine with one joint that is let go, without input, sampled at 100 Hz with noise.
+inline Measured let_go(const Machine& machine, double from, std::uint64_t seed) {
+  RandomStream random(seed);
+  Measured data{"test", {}, {}, Eigen::MatrixXd::Zero(1000, 1), 0.0, false};
+  for (int k = 0; k < 1000; ++k) data.time.push_back(0.01 * k);
+  StateVector start(2);
+  start << from, 0.0;
+  data.position = machine.run(start, data.time, machine.drives(data.time, data.input), 0, 999, 1e-3);
+  for (double& x : data.position.reshaped()) x += kPendulumNoise * draw_normal(random);
+  return data;
+}
+
 /// 12 s of a machine with one joint under a sum of sines, `strength` times as strong, sampled at 100 Hz with noise;
 /// half a second is lost from `gap` on (none if negative). A lag has settled on that `part` of the first input.
 inline Measured record(const Machine& machine, double gap, std::uint64_t seed, double part = 1.0,

@@ -208,7 +208,7 @@ std::vector<SegmentState> window_starts(const FitProblem& problem, const Fit& fi
   return starts;
 }
 
-Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
+Fit unsimulated(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
   Fit current;
   current.plant = problem.nominal;
   current.effects = std::move(effects);
@@ -221,6 +221,11 @@ Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vec
     values[i] = std::clamp(values[i], unknown.low, unknown.high);
   }
   assign(current, values);
+  return current;
+}
+
+Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts) {
+  Fit current = unsimulated(problem, std::move(effects), starts);
   simulate(problem, current, starts.empty() ? 2 : 0);
   complete_priors(problem, current);
   return current;

@@ -3,6 +3,7 @@
 #include "diagnose/fit/segment_state.hpp"
 #include "diagnose/fit/unknowns.hpp"
 #include "diagnose/motion/linear_response.hpp"
+#include "diagnose/motion/rests.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/least_squares.hpp"
 
@@ -50,9 +51,10 @@ struct FitProblem {
   const std::vector<Measured>& data;
   const LinearResponse& response;
   const Forcing& forcing;
-  double penalty = 0.0;     // nats per effect
-  double max_step = 0.011;  // s, of the integration
-  double best = kInfinity;  // SSE of the best fit so far
+  double penalty = 0.0;          // nats per effect
+  double max_step = 0.011;       // s, of the integration
+  double best = kInfinity;       // SSE of the best fit so far
+  const Rests* rests = nullptr;  // at which dry friction may hold any torque; none: where it is not asked
 };
 
 /// Covariance and evidence of a fit, by Laplace's approximation.
@@ -80,7 +82,10 @@ Fit started(const FitProblem& problem, Fit fit);
 std::vector<SegmentState> window_starts(const FitProblem& problem, const Fit& fit,
                                         const std::vector<SegmentState>& found);
 
-/// A set as it is given, before anything is adjusted; without evidence. Throws NumericalError.
+/// A set as it is given, its numbers within their bounds, before anything is simulated.
+Fit unsimulated(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
+
+/// The same with what it leaves, before anything is adjusted; without evidence. Throws NumericalError.
 Fit begin(const FitProblem& problem, std::vector<Effect> effects, const std::vector<SegmentState>& starts);
 
 /// The same from where a fit is, with the exact Jacobian.

@@ -108,7 +108,8 @@ bool acts_alone(const Effect& effect, const FitProblem& problem, const Fit& fit)
                               }) == 1;
 }
 
-/// What the unknowns do to that, per unit.
+}  // namespace
+
 Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit) {
   if (std::ranges::all_of(fit.effects, [&](const Effect& effect) { return acts_alone(effect, problem, fit); }))
     return linear_jacobian(problem, fit);
@@ -124,6 +125,8 @@ Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit)
   }
   return problem.response.responses(columns);
 }
+
+namespace {
 
 /// A fit's parameters for rows that are whitened: nothing is simulated, what the model explains is linear in time.
 class WhitenedFit {
@@ -161,6 +164,12 @@ class WhitenedFit {
 FitProblem beside(const FitProblem& problem, const LinearResponse& white) {
   return {problem.nominal, problem.given,   problem.free,    problem.data,
           white,           problem.forcing, problem.penalty, problem.max_step};
+}
+
+Fit begin_along_motion(const FitProblem& problem, std::vector<Effect> effects) {
+  Fit fit = unsimulated(problem, std::move(effects), {});
+  complete_priors(problem, fit);
+  return WhitenedFit(problem).evaluated(std::move(fit));
 }
 
 Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit) {

@@ -14,6 +14,13 @@ namespace bayesctrl {
 /// A problem whose response has process noise.
 FitProblem beside(const FitProblem& problem, const LinearResponse& white);
 
+/// A set as it is given, along the measured motion: nothing is simulated. `residual` and `sse` are those of the
+/// problem's response, which may be without process noise: what the set does not explain of where the machine was.
+Fit begin_along_motion(const FitProblem& problem, std::vector<Effect> effects);
+
+/// What a fit's unknowns do to what it explains along the motion, per unit: rows of the response x unknowns.
+Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit);
+
 /// The most probable parameters of a fit with their covariance and evidence, that of the intensity included; `residual`
 /// and `sse` are those of the whitened rows. `white`: the problem's response with process noise.
 Fit fit_with_process_noise(const FitProblem& problem, const LinearResponse& white, Fit fit);

@@ -181,6 +181,38 @@ Eigen::MatrixXd Forcing::held(int joint, std::size_t recording) const {
   return result;
 }
 
+std::vector<Eigen::MatrixXd> Forcing::resting(int joint, int most) const {
+  const auto j = static_cast<std::size_t>(joint);
+  struct Rest {
+    std::size_t recording, first, last;
+  };
+  std::vector<Rest> rests;
+  std::vector<Eigen::MatrixXd> result;
+  for (std::size_t r = 0; r < points_.size(); ++r) {
+    const std::vector<Point>& points = points_[r];
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!points[i].rests[j]) continue;
+      if (i == 0 || !points[i - 1].rests[j]) rests.push_back({r, i, i});
+      rests.back().last = i;
+    }
+  }
+  std::ranges::stable_sort(rests, std::greater{}, [](const Rest& rest) { return rest.last - rest.first; });
+  rests.resize(std::min(rests.size(), static_cast<std::size_t>(most)));
+  for (const Measured& recording : data_) {
+    result.emplace_back(Eigen::MatrixXd::Zero(recording.position.size(), static_cast<Eigen::Index>(rests.size())));
+  }
+  for (Eigen::Index c = 0; c < static_cast<Eigen::Index>(rests.size()); ++c) {
+    const Rest& rest = rests[static_cast<std::size_t>(c)];
+    auto column = result[rest.recording].col(c);
+    for (std::size_t i = rest.first; i <= rest.last; ++i) {
+      column.segment(static_cast<Eigen::Index>(i / parts_) * joints_, joints_) +=
+          points_[rest.recording][i].mobility.col(joint) / static_cast<double>(parts_);
+    }
+    column *= nominal_acceleration_ / column.cwiseAbs().maxCoeff();
+  }
+  return result;
+}
+
 /// By effects on the input of one joint.
 Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const {
   const Measured& m = data_[recording];

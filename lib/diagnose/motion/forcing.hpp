@@ -25,6 +25,10 @@ class Forcing {
   /// level. Zero in all rows where the joint never rests for long.
   Eigen::MatrixXd held(int joint, std::size_t recording) const;
 
+  /// A torque in a joint for as long as it rests, as accelerations in the order of the response's rows, at most as
+  /// large as the nominal's: per recording, one column for each of the longest rests in all of them.
+  std::vector<Eigen::MatrixXd> resting(int joint, int most) const;
+
   /// What a sensor effect adds to the measured positions; zero for all others.
   Eigen::MatrixXd measured(const Effect& effect, std::size_t recording) const;
 

@@ -47,6 +47,13 @@ Gap::Gap(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& jacob
     unknowns_.push_back(std::move(unknown));
   }
   beside_.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(unknowns_.size()));
+  if (problem.rests != nullptr) {
+    unsigned holding = 0;  // joints that what is left holds at rest
+    for (const Effect& effect : left_) holding |= effect.form.roles().dry_friction ? 1U << effect.joint : 0U;
+    const Eigen::MatrixXd held = problem.rests->of(holding);
+    beside_.conservativeResize(Eigen::NoChange, beside_.cols() + held.cols());
+    beside_.rightCols(held.cols()) = held;
+  }
   target_ = fit.residual;
   if (!out_.empty()) target_ += response_of(fit.effects) - response_of(left_);
 }
@@ -101,7 +108,7 @@ Fit Gap::promised(const std::vector<SegmentState>& starts) const {
   fit.residual = least();
   fit.sse = fit.residual.squaredNorm();
   fit.glanced = true;
-  weigh(problem_, fit, beside_);
+  weigh(problem_, fit, beside_.leftCols(static_cast<Eigen::Index>(unknowns_.size())));
   return fit;
 }
 

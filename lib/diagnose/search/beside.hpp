@@ -11,7 +11,8 @@ namespace bayesctrl {
 /// may stand beside a fit, or in the place of some of it, needs no simulation.
 class Gap {
  public:
-  /// `jacobian`: linear_jacobian of the fit; `out`: of its effects, in any order; none: what the fit leaves.
+  /// `jacobian`: of the fit; `out`: of its effects, in any order; none: what the fit leaves. Where dry friction is left
+  /// it may hold whatever acts at the problem's rests.
   Gap(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& jacobian, const std::vector<std::size_t>& out);
 
   const std::vector<Effect>& left() const { return left_; }

@@ -41,6 +41,16 @@ class Climb {
   }
   const Fit& best() const { return best_; }
 
+  /// Takes the best set of so many effects on which it has not stood.
+  bool stand_on(std::size_t size) {
+    for (const Fit* fit : fits_.ranked()) {
+      if (fit->effects.size() != size || stood(*fit)) continue;
+      best_ = *fit;
+      return take();
+    }
+    return false;
+  }
+
   /// Whether a better set has been found since.
   bool better() const {
     return fits_.ranked().front()->log_evidence > best_.log_evidence && !stood(*fits_.ranked().front());
@@ -211,6 +221,22 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
     if (at.leaves_something() && leaves_little(at.best()) && !at.better()) at.regrown();
     if (most && !first && !at.better()) at.disentangled();
     fits.add_subsets();
+  }
+}
+
+void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
+                   const ExplainOptions& options) {
+  Climb at(fits, screen, dictionary, result, options);
+  double reached = -kInfinity;
+  for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set}; ++size) {
+    const double best = fits.ranked().front()->log_evidence;
+    if (best <= std::exchange(reached, best) && size > std::size_t{kSettings.search.most_effects}) return;
+    for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size); ++stands) {
+      if (!at.paired()) at.promised();
+      at.disentangled();
+      at.other_laws();
+      if (leaves_little(*fits.ranked().front())) return;
+    }
   }
 }
 

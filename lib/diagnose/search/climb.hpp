@@ -13,4 +13,9 @@ namespace bayesctrl {
 void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
            const ExplainOptions& options, double hopeless, const std::function<bool(const Fit&)>& futile);
 
+/// Of sets along the motion, where every fit is cheap: from the best of each size to what is next to them, until one
+/// leaves little.
+void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
+                   const ExplainOptions& options);
+
 }  // namespace bayesctrl

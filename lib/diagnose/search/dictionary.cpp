@@ -45,7 +45,7 @@ void add_what_is_held(Dictionary& dictionary, const LinearResponse& response, co
       if (suspect.joint != joint || !catalogue()[suspect.kind]->roles.dry_friction) continue;
       for (Atom& atom : suspect.atoms) {
         atom.columns.push_back(static_cast<int>(column));
-        atom.holds = true;
+        atom.holds = joint;
       }
     }
   }

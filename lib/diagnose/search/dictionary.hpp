@@ -11,13 +11,13 @@ namespace bayesctrl {
 /// One shape of an effect that enters the response linearly: its columns in a dictionary.
 struct Atom {
   std::vector<int> columns;
-  bool holds = false;  // the last of them is not of the shape, but what dry friction holds at rest
-  int sign = 0;        // 1: coefficients cannot be negative
+  int holds = -1;  // joint where the last of them is not of the shape, but what dry friction holds at rest; else -1
+  int sign = 0;    // 1: coefficients cannot be negative
   double low = -kInfinity, high = kInfinity;              // bounds of coefficients
   std::function<Effect(std::span<const double>)> effect;  // from coefficients
 
   /// Columns of the shape itself.
-  int members() const { return static_cast<int>(columns.size()) - (holds ? 1 : 0); }
+  int members() const { return static_cast<int>(columns.size()) - (holds >= 0 ? 1 : 0); }
 };
 
 /// One effect of the catalogue in one joint, and the shapes that it may have.

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <ranges>
+#include <set>
 
 #include "base/error.hpp"
 #include "diagnose/search/climb.hpp"
@@ -161,16 +162,46 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
   fits.add_simpler();
 }
 
+/// Of the noise, and of what the nominal leaves: less of that may be what the smoother leaves along the motion.
+bool leaves_much(const Fit& fit, const Fit& nominal, const Explanation& result) {
+  return result.excess(fit) > kSettings.search.restarts_below &&
+         fit.sse > std::pow(kSettings.search.most, 2) * nominal.sse;
+}
+
+/// Where what the screen proposes is far from all that the machine did, simulations of sets that lack something strong
+/// go astray, and so do the steps from them. Along the motion every set is where the machine was: what leads on from
+/// there, and the best of that to begin with.
+void search_along_motion(Fits& fits, const Screen& moving, const Projected& projected, const Dictionary& dictionary,
+                         const Explanation& result, const ExplainOptions& options) {
+  Fits along = fits.along_motion();
+  const Screen screen = moving.beside(projected.without(*along.problem().rests));
+  const std::vector<Finding> findings = screen.all();
+  along.add({});
+  for (const Finding& finding : findings | std::views::take(int{kSettings.search.findings_along_motion})) {
+    if (!finding.suspects.empty()) along.add(finding.effects(dictionary));
+  }
+  climb_by_size(along, screen, dictionary, result, options);
+  const std::vector<const Fit*> ranked = along.ranked();
+  std::set<std::size_t> sizes;
+  for (const Fit* fit : ranked) {
+    if (fit->sse > kSettings.search.lost * ranked.front()->sse) break;
+    if (sizes.insert(fit->effects.size()).second) fits.add(fit->effects);
+  }
+}
+
 /// Fits what the screen proposes and what lies next to the best of it, until it is `futile`. Where one of the sets that
 /// are known already leaves only noise, the screen has nothing to propose.
-void search(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
-            const ExplainOptions& options, const std::function<bool(const Fit&)>& futile) {
+void search(Fits& fits, const Screen& screen, const Projected& projected, const Dictionary& dictionary,
+            const Explanation& result, const ExplainOptions& options, const std::function<bool(const Fit&)>& futile) {
   const std::vector<Finding> findings = screen.all();
   const Fit& known = *fits.ranked().front();
   if (known.effects.empty() || result.p_value(known) < kSettings.search.relinearise) {
     fit_findings(fits, findings, dictionary, result, options);
   }
   fits.add_subsets();
+  if (leaves_much(*fits.ranked().front(), *fits.add({}), result)) {
+    search_along_motion(fits, screen, projected, dictionary, result, options);
+  }
   climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }
@@ -205,12 +236,18 @@ Plant adjusted(const Plant& plant, const std::vector<Measured>& data, const std:
 
 Projected free_projected_out(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
                              const std::vector<std::string>& free) {
-  Projected result{about.dictionary.columns, about.response->target()};
+  Projected result{about.dictionary.columns, about.response->target(), {}};
   if (free.empty()) return result;
-  const Eigen::MatrixXd q = scaled_basis(jacobian_of_free(*about.response, *about.forcing, plant, data, free));
+  result.basis = scaled_basis(jacobian_of_free(*about.response, *about.forcing, plant, data, free));
+  const Eigen::MatrixXd& q = result.basis;
   result.columns -= (q * (q.transpose() * result.columns)).eval();
   result.target -= (q * (q.transpose() * result.target)).eval();
   return result;
+}
+
+Rests Projected::without(Rests rests) const {
+  if (basis.size() > 0) rests.columns -= (basis * (basis.transpose() * rests.columns)).eval();
+  return rests;
 }
 
 std::vector<std::vector<Effect>> best_sets(const Explanation& explanation) {
@@ -283,7 +320,7 @@ void explore(Explanation& result, const std::vector<Measured>& data, std::vector
     }
     const Projected projected = free_projected_out(*about, nominal, data, options.free);
     const Screen screen(about->dictionary, projected.columns, projected.target, {.penalty = result.penalty});
-    search(fits, screen, about->dictionary, result, options, too_coarse);
+    search(fits, screen, projected, about->dictionary, result, options, too_coarse);
     if (result.too_coarse) return rank(result, fits);
     fits.refine();
     rank(result, fits);

@@ -108,6 +108,9 @@ FitProblem problem_about(const Linearisation& about, const Explanation& explanat
 struct Projected {
   Eigen::MatrixXd columns;
   Eigen::VectorXd target;
+  Eigen::MatrixXd basis;  // of what they can do, orthonormal; empty where none is free
+
+  Rests without(Rests rests) const;
 };
 Projected free_projected_out(const Linearisation& about, const Plant& plant, const std::vector<Measured>& data,
                              const std::vector<std::string>& free);

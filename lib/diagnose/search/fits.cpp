@@ -46,21 +46,38 @@ double Fits::about(std::shared_ptr<Linearisation> linearisation) {
   return max_step_;
 }
 
+Fits Fits::along_motion() const {
+  Fits result(nominal_, given_, data_, options_, penalty_);
+  result.about_ = about_;
+  result.max_step_ = max_step_;
+  result.rests_ = std::make_shared<const Rests>(rests_of(*about_->response, *about_->forcing));
+  return result;
+}
+
+Fit Fits::begun(const std::vector<Effect>& effects, const std::vector<SegmentState>& starts) const {
+  return rests_ != nullptr ? begin_along_motion(problem(), effects) : begin(problem(), effects, starts);
+}
+
+Fit Fits::settled(Fit begun) const {
+  if (rests_ != nullptr) return fit_with_process_noise(problem(), *about_->response, std::move(begun));
+  return completed(problem(), std::move(begun));
+}
+
 /// A set, begun with other numbers where they leave less. Throws NumericalError where neither can be simulated.
 Fit Fits::begin_with(const std::vector<Effect>& effects, const std::vector<Effect>& other,
                      const std::vector<SegmentState>& starts) const {
-  if (other.empty()) return begin(problem(), effects, starts);
-  std::optional<Fit> begun;
+  if (other.empty()) return begun(effects, starts);
+  std::optional<Fit> there;
   try {
-    begun = begin(problem(), other, starts);
+    there = begun(other, starts);
   } catch (const NumericalError&) {  // as they are it cannot be simulated
-    return begin(problem(), effects, starts);
+    return begun(effects, starts);
   }
   try {
-    Fit given = begin(problem(), effects, starts);
-    return begun->sse < given.sse ? std::move(*begun) : std::move(given);
+    Fit given = begun(effects, starts);
+    return there->sse < given.sse ? std::move(*there) : std::move(given);
   } catch (const NumericalError&) {
-    return std::move(*begun);
+    return std::move(*there);
   }
 }
 
@@ -78,7 +95,7 @@ const Fit* Fits::add(std::vector<Effect> effects, const std::vector<Effect>& oth
     starts = old->second.initial_states;
   }
   try {
-    Fit found = completed(problem(), begin_with(effects, other, starts));
+    Fit found = settled(begin_with(effects, other, starts));
     if (std::optional<Fit> again = from_motion(found)) found = std::move(*again);
     fits_.insert_or_assign(name, std::move(found));
   } catch (const NumericalError&) {
@@ -100,7 +117,9 @@ const LinearResponse& Fits::beside_process_noise(const Fit& fit) {
 /// stop short where they part from the machine, as at rest or in a gap, and beside process noise none do. Of sets
 /// that are near the truth and not lost.
 std::optional<Fit> Fits::from_motion(const Fit& known) {
-  if (known.effects.empty() || known.sse < kSettings.search.stuck * noise_sse(about_->response->rows())) return {};
+  if (rests_ != nullptr || known.effects.empty() ||
+      known.sse < kSettings.search.stuck * noise_sse(about_->response->rows()))
+    return {};
   const double near = 1.0 + std::pow(kSettings.search.restarts_below, 2);
   if (is_lost(known) || known.sse > near * static_cast<double>(about_->response->rows())) return {};
   try {
@@ -167,7 +186,7 @@ bool Fits::is_lost(const Gap& part) const {
 const Eigen::MatrixXd& Fits::jacobian(const Fit& fit) {
   auto& [where, known] = jacobians_[key(fit.effects)];
   if (Eigen::VectorXd values = values_of(fit); known.size() == 0 || values != where) {
-    known = linear_jacobian(problem(), fit);
+    known = rests_ != nullptr ? jacobian_along_motion(problem(), fit) : linear_jacobian(problem(), fit);
     where = std::move(values);
   }
   return known;
@@ -197,7 +216,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
 /// does not explain most the set may be the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
-  if (explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
+  if (rests_ == nullptr && explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of, problem());
     const auto give_up = [&](Fit seen) {
       const std::string name = key(effects);
@@ -272,7 +291,8 @@ std::vector<const Fit*> Fits::ranked() const {
 FitProblem Fits::problem() const {
   double best = kInfinity;
   for (const auto& [name, fit] : fits_) best = std::min(best, fit.sse);
-  return {nominal_, given_, options_.free, data_, *about_->response, *about_->forcing, penalty_, max_step_, best};
+  return {nominal_,         given_,   options_.free, data_, *about_->response,
+          *about_->forcing, penalty_, max_step_,     best,  rests_.get()};
 }
 
 /// Those that are nearly as good as the best, their subsets, what they are with a simpler law, and equivalents of the
@@ -300,9 +320,10 @@ std::vector<Fit> Fits::finalists() const {
 bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar) {
   try {
     Fit& known = fits_.at(key(start));
-    Fit begun = begin(problem(), start, starts);
-    if (!from_afar && begun.sse >= known.sse) return false;
-    Fit tried = refined(problem(), completed(problem(), std::move(begun)));
+    Fit there = begun(start, starts);
+    if (!from_afar && there.sse >= known.sse) return false;
+    Fit tried = settled(std::move(there));
+    if (rests_ == nullptr) tried = refined(problem(), std::move(tried));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);
     return true;

@@ -19,6 +19,10 @@ class Fits {
        double penalty)
       : nominal_(nominal), given_(given), data_(data), options_(options), penalty_(penalty) {}
 
+  /// None yet, about the same motion and along it: nothing is simulated, so nothing goes astray, and a set leaves what
+  /// it does not explain of where the machine was.
+  Fits along_motion() const;
+
   /// Begins anew about another motion; what was found before serves as start. Longest step of the integration, s.
   double about(std::shared_ptr<Linearisation> linearisation);
 
@@ -59,7 +63,7 @@ class Fits {
   /// What all fits about the present motion share.
   FitProblem problem() const;
 
-  /// linear_jacobian of one of them, kept for as long as it is the set's.
+  /// Linear Jacobian of one of them, kept for as long as it is the set's.
   const Eigen::MatrixXd& jacobian(const Fit& fit);
 
  private:
@@ -70,6 +74,8 @@ class Fits {
   std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects);
   void add_part(const Fit& of, std::vector<Effect> effects);
   bool improve_part(const Fit& of, const std::vector<Effect>& effects);
+  Fit begun(const std::vector<Effect>& effects, const std::vector<SegmentState>& starts) const;
+  Fit settled(Fit begun) const;
   std::optional<Fit> from_motion(const Fit& known);
   const LinearResponse& beside_process_noise(const Fit& fit);
   bool improve(const std::vector<Effect>& start, const std::vector<SegmentState>& starts, bool from_afar = false);
@@ -82,6 +88,7 @@ class Fits {
   const ExplainOptions& options_;
   double penalty_;
   std::shared_ptr<Linearisation> about_;
+  std::shared_ptr<const Rests> rests_;  // along the motion alone
   std::optional<LikelyIntensity> likely_;
   struct Whitened {
     double sse;  // of the fit whose residual it whitens

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -51,15 +52,55 @@ Solved solve(const Small& gram, const SmallVector& rhs, const SmallVector& width
 
 }  // namespace
 
-/// Inner products of columns with a target and with one another, less what others can do (their part in an orthonormal
-/// basis of those, numbers x columns; none: empty).
+/// Inner products of columns with a target and with one another, less what others can do (in an orthonormal basis of
+/// those, rows x numbers; none: empty) and, beside dry friction, less what it may hold at rest.
 struct Screen::Products {
-  const Eigen::VectorXd& g;
-  const Eigen::MatrixXd& gram;
-  Eigen::MatrixXd others;
+  /// In whitened coordinates of the rests, with normal priors.
+  struct Held {
+    Eigen::MatrixXd columns;  // rests x columns: their part in each
+    Eigen::VectorXd target;   // and in the target
+    double explained = 0.0, log_det = 0.0;
+  };
 
-  double operator()(int a, int b) const {
-    return others.size() == 0 ? gram(a, b) : gram(a, b) - others.col(a).dot(others.col(b));
+  const Screen& screen;
+  const Eigen::VectorXd& target;
+  const Eigen::VectorXd& g;
+  Eigen::MatrixXd basis, others;
+  std::map<unsigned, Held> known{};
+
+  Products(const Screen& of, const Eigen::VectorXd& target_of, const Eigen::VectorXd& g_of, Eigen::MatrixXd beside = {})
+      : screen(of), target(target_of), g(g_of), basis(std::move(beside)) {
+    if (basis.size() > 0) others = basis.transpose() * screen.columns_;
+  }
+
+  /// Of these joints (one bit each); null where none of them has rests.
+  const Held* held(unsigned joints) {
+    joints &= screen.resting_;
+    if (joints == 0) return nullptr;
+    const auto [at, anew] = known.try_emplace(joints);
+    if (anew) {
+      Eigen::MatrixXd rests = screen.rests_->of(joints);
+      if (basis.size() > 0) rests -= (basis * (basis.transpose() * rests)).eval();
+      Eigen::MatrixXd gram = lower_gram(rests);
+      gram.diagonal().array() += 1.0;
+      const Cholesky factor(gram);
+      Held& held = at->second;
+      held.columns = factor.whitened(rests.transpose() * screen.columns_);
+      held.target = factor.whitened(rests.transpose() * target);
+      held.explained = held.target.squaredNorm();
+      held.log_det = factor.log_determinant();
+    }
+    return &at->second;
+  }
+
+  double with_target(int a, const Held* held) const {
+    return held == nullptr ? g[a] : g[a] - held->columns.col(a).dot(held->target);
+  }
+  double operator()(int a, int b, const Held* held) const {
+    double product = screen.gram_(a, b);
+    if (others.size() > 0) product -= others.col(a).dot(others.col(b));
+    if (held != nullptr) product -= held->columns.col(a).dot(held->columns.col(b));
+    return product;
   }
 };
 
@@ -73,6 +114,7 @@ Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, con
                const ScreenOptions& options)
     : dictionary_(dictionary),
       columns_(columns),
+      target_(target),
       options_(options),
       squares_(target.squaredNorm()),
       g_(columns.transpose() * target) {
@@ -80,19 +122,30 @@ Screen::Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, con
   gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
 }
 
+Screen Screen::beside(Rests rests) const {
+  Screen result = *this;
+  for (const int joint : rests.joints) result.resting_ |= 1U << joint;
+  result.rests_ = std::move(rests);
+  return result;
+}
+
 /// Priors are as wide as their coefficients need, as those of fits are.
-Screen::Value Screen::value(const Products& products, std::span<const Atom* const> atoms) const {
+Screen::Value Screen::value(Products& products, std::span<const Atom* const> atoms) const {
   std::array<int, kSettings.search.most_columns> index{};
   std::array<bool, kSettings.search.most_columns> bounded{}, active{};
   int count = 0;
+  unsigned holding = 0;
   for (const Atom* atom : atoms) {
+    if (atom->holds >= 0) holding |= 1U << atom->holds;
     int member = 0;
     for (const int column : atom->columns) {
-      bounded[static_cast<std::size_t>(count)] = atom->sign > 0 && member++ < atom->members();
-      active[static_cast<std::size_t>(count)] = true;
+      const bool own = member++ < atom->members();
+      bounded[static_cast<std::size_t>(count)] = atom->sign > 0 && own;
+      active[static_cast<std::size_t>(count)] = own || !rests_;
       index[static_cast<std::size_t>(count++)] = column;
     }
   }
+  const Products::Held* held = products.held(holding);
   Value result;
   result.coefficients = SmallVector::Zero(count);
   for (int round = 0; round <= count; ++round) {
@@ -106,9 +159,9 @@ Screen::Value Screen::value(const Products& products, std::span<const Atom* cons
     SmallVector rhs(size);
     for (int a = 0; a < size; ++a) {
       const int ia = index[static_cast<std::size_t>(used[static_cast<std::size_t>(a)])];
-      rhs[a] = products.g[ia];
+      rhs[a] = products.with_target(ia, held);
       for (int b = 0; b <= a; ++b) {
-        gram(a, b) = products(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])]);
+        gram(a, b) = products(ia, index[static_cast<std::size_t>(used[static_cast<std::size_t>(b)])], held);
       }
     }
     SmallVector width = SmallVector::Ones(size);
@@ -129,8 +182,9 @@ Screen::Value Screen::value(const Products& products, std::span<const Atom* cons
     }
     result.coefficients.setZero();
     for (int a = 0; a < size; ++a) result.coefficients[used[static_cast<std::size_t>(a)]] = x[a];
-    result.explained = solved.gain;
-    result.log_evidence = 0.5 * (solved.gain - solved.log_det) - options_.penalty * static_cast<double>(atoms.size());
+    result.explained = solved.gain + (held != nullptr ? held->explained : 0.0);
+    const double log_det = solved.log_det + (held != nullptr ? held->log_det : 0.0);
+    result.log_evidence = 0.5 * (result.explained - log_det) - options_.penalty * static_cast<double>(atoms.size());
     break;
   }
   // An effect that has lost all of its columns explains nothing.
@@ -151,7 +205,7 @@ Screen::Value Screen::value(const Products& products, std::span<const Atom* cons
 }
 
 /// Best shapes of a set by coordinate ascent from `atoms`; the first `settled` of them stay.
-Finding Screen::climb(const Products& products, std::vector<int> suspects, std::vector<int> atoms,
+Finding Screen::climb(Products& products, std::vector<int> suspects, std::vector<int> atoms,
                       std::size_t settled) const {
   std::array<const Atom*, kSettings.search.largest_set> chosen{};
   const std::size_t count = suspects.size();
@@ -201,7 +255,7 @@ std::vector<Effect> Finding::effects(const Dictionary& dictionary) const {
 
 /// The effect that gains most is added to a set until none gains more than the screen may be wrong by, nor takes away
 /// much of what is left beyond the noise.
-Finding Screen::grown(const Products& products, Finding finding, const std::vector<Finding>& singles) const {
+Finding Screen::grown(Products& products, Finding finding, const std::vector<Finding>& singles) const {
   while (finding.suspects.size() < std::size_t{kSettings.search.largest_set}) {
     Finding best;
     best.log_evidence = -kInfinity;
@@ -230,7 +284,7 @@ Finding Screen::grown(const Products& products, Finding finding, const std::vect
 
 std::vector<Finding> Screen::all() const {
   const int count = static_cast<int>(dictionary_.suspects.size());
-  const Products all{g_, gram_, {}};
+  Products all(*this, target_, g_);
   std::vector<Finding> singles, pairs, triples, list{Finding{}};
   for (int i = 0; i < count; ++i) singles.push_back(climb(all, {i}, {0}));
   const auto shape = [&](int i) { return singles[static_cast<std::size_t>(i)].atoms[0]; };
@@ -274,7 +328,7 @@ Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::Matrix
   const Eigen::MatrixXd basis = scaled_basis(beside);
   const Eigen::VectorXd unexplained = residual - basis * (basis.transpose() * residual);
   const Eigen::VectorXd g = columns_.transpose() * unexplained;
-  const Products left{g, gram_, basis.transpose() * columns_};
+  Products left(*this, unexplained, g, basis);
   std::vector<Finding> list;
   for (int i = 0; i < static_cast<int>(dictionary_.suspects.size()); ++i) list.push_back(climb(left, {i}, {0}));
   if (in_pairs) {
@@ -292,7 +346,7 @@ Additions Screen::additions(const Eigen::VectorXd& residual, const Eigen::Matrix
 }
 
 std::vector<Finding> Screen::neighbours(const std::vector<Effect>& effects) const {
-  const Products all{g_, gram_, {}};
+  Products all(*this, target_, g_);
   const int count = static_cast<int>(dictionary_.suspects.size());
   std::vector<int> set;
   for (const Effect& effect : effects) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "diagnose/search/dictionary.hpp"
@@ -38,6 +39,9 @@ class Screen {
   Screen(const Dictionary& dictionary, const Eigen::MatrixXd& columns, const Eigen::VectorXd& target,
          const ScreenOptions& options = {});
 
+  /// The same where dry friction may hold whatever acts at each of these rests, with normal priors: integrated out.
+  Screen beside(Rests rests) const;
+
   /// Every single effect, the best pairs and triples, what the best of these grow to by one effect after another, and
   /// the empty set; best first.
   std::vector<Finding> all() const;
@@ -53,17 +57,19 @@ class Screen {
  private:
   struct Products;
   struct Value;
-  Finding climb(const Products& products, std::vector<int> suspects, std::vector<int> atoms,
-                std::size_t settled = 0) const;
-  Finding grown(const Products& products, Finding finding, const std::vector<Finding>& singles) const;
-  Value value(const Products& products, std::span<const Atom* const> atoms) const;
+  Finding climb(Products& products, std::vector<int> suspects, std::vector<int> atoms, std::size_t settled = 0) const;
+  Finding grown(Products& products, Finding finding, const std::vector<Finding>& singles) const;
+  Value value(Products& products, std::span<const Atom* const> atoms) const;
 
   const Dictionary& dictionary_;
   const Eigen::MatrixXd& columns_;
+  const Eigen::VectorXd& target_;
   ScreenOptions options_;
   double squares_;  // of the target
   Eigen::VectorXd g_;
   Eigen::MatrixXd gram_;
+  std::optional<Rests> rests_;
+  unsigned resting_ = 0;  // joints that have any, one bit each
 };
 
 }  // namespace bayesctrl

@@ -91,6 +91,34 @@ TEST_CASE("What a fit leaves without one of its effects is what that effect expl
   }
 }
 
+TEST_CASE("Where dry friction holds a joint at rest it undoes whatever else acts there", "[diagnose][search]") {
+  const Effect friction{CoulombFriction{0.35}, 0};
+  for (const Effect& other : {Effect{CoggingTorque{0.6, 9.4, 0.4}, 0}, Effect{LinearSpring{1.5}, 0},
+                              Effect{ConstantBias{0.5}, 0}, Effect{CubicSpring{1.2}, 0}}) {
+    CAPTURE(key({other}));
+    const Machine machine(testing::kPendulum, {friction, other});
+    testing::RecordedFits recorded({testing::let_go(machine, 2.2, 31), testing::let_go(machine, -2.6, 32)},
+                                   usual_effects());
+    REQUIRE(recorded.about->forcing->rests());
+    const Dictionary& dictionary = recorded.about->dictionary;
+    Fits along = recorded.fits.along_motion();
+    const Screen screen = Screen(dictionary, dictionary.columns, recorded.about->response->target(), {.penalty = 3.0})
+                              .beside(*along.problem().rests);
+    const Fit alone = *along.add({friction});
+    const auto with_best = [&](const FitProblem& problem) {  // what is left then
+      const Gap gap(problem, alone, along.jacobian(alone), {});
+      const Additions all = gap.additions(screen, {});
+      const Effect found = all.findings.front().effects(dictionary).front();
+      CHECK(found.form.index() == other.form.index());
+      return all.left - all.findings.front().explained;
+    };
+    FitProblem unheld = along.problem();
+    REQUIRE(unheld.rests->columns.cols() >= 2);
+    unheld.rests = nullptr;  // takes rests for motion
+    CHECK(with_best(along.problem()) < 0.5 * with_best(unheld));
+  }
+}
+
 TEST_CASE("Of what a fit lacks the best addition is promised first, with all it has moved to make room",
           "[diagnose][search]") {
   Searched searched({kStiff, kBiased, kDrag});

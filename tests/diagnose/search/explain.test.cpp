@@ -116,6 +116,19 @@ TEST_CASE("Without free parameters a set's evidence is that beside them, whateve
   CHECK(free_projected_out(pendulum.about, kPendulum, pendulum.data, {}).target == response.target());
 }
 
+TEST_CASE("Four strong effects of a machine that is let go are found along its motion", "[diagnose][search]") {
+  const std::vector<Effect> hidden{{AddedInertia{0.15}, 0},
+                                   {CoggingTorque{0.7, 11.4, 0.4}, 0},
+                                   {StribeckFriction{0.5, 1.0, 0.3}, 0},
+                                   {ViscousFriction{0.3}, 0}};
+  const Machine machine(kPendulum, hidden);
+  const std::vector<Measured> data{testing::let_go(machine, -2.4, 41), testing::let_go(machine, 2.7, 42)};
+  const Explanation found = explain(kPendulum, data, {usual_effects(), {}});
+  CHECK(found.excess(found.best().fit) < 0.5);
+  CHECK(found.find(hidden) != nullptr);
+  CHECK(found.best().fit.log_evidence - found.find(hidden)->fit.log_evidence < 6.0);
+}
+
 TEST_CASE("A nominal that cannot be simulated is declined", "[diagnose][search]") {
   const std::vector<Measured> data{record(Machine(kPendulum, {}), -1.0, 78)};
   CHECK_THROWS_AS(explain(Custom({}, {"1e8*q"}, {}), data, {kFew, {}}), NumericalError);

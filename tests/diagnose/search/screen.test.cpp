@@ -117,6 +117,50 @@ TEST_CASE("A set's evidence is its density less the penalties of its effects and
   }
 }
 
+TEST_CASE("Beside rests dry friction may hold another torque at each of them, as likely as its prior says",
+          "[diagnose][search]") {
+  Dictionary dictionary = random_dictionary(5, 4, true, 0, 1);
+  const Rests rests{2.0 * white_rows(5, kRows * 3).reshaped(kRows, 3), {0, 1, 0}};
+  const Eigen::MatrixXd first = rests.of(1U);  // those of the first joint
+  REQUIRE(first.cols() == 2);
+  const Eigen::VectorXd y = planted(dictionary, 2) + 3.0 * first.col(1);
+  const auto level = static_cast<int>(dictionary.columns.cols());  // what is held otherwise
+  dictionary.columns.conservativeResize(Eigen::NoChange, level + 1);
+  dictionary.columns.col(level) = 3.0 * first.col(1);
+  dictionary.scale = Eigen::VectorXd::Ones(level + 1);
+  const auto holds = [](int suspect) { return suspect == 0 || suspect == 3; };
+  for (int i = 0; i < 5; ++i) {
+    for (Atom& atom : dictionary.suspects[static_cast<std::size_t>(i)].atoms) {
+      if (!holds(i)) continue;
+      atom.holds = 0;
+      atom.columns.push_back(level);
+    }
+  }
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(kRows, kRows), held = one + first * first.transpose();
+  const Screen without(dictionary, dictionary.columns, y, {.penalty = 3.0});
+  int holding = 0;
+  for (const Finding& finding : without.beside(rests).all()) {
+    std::vector<int> columns = columns_of(dictionary, finding);
+    if (std::ranges::none_of(finding.suspects, holds)) {
+      CHECK(finding.log_evidence == Approx(evidence(dictionary, finding, columns, y, 3.0)).margin(1e-9));
+      continue;
+    }
+    ++holding;
+    std::erase(columns, level);
+    const Eigen::MatrixXd x = dictionary.columns(Eigen::all, columns);
+    const Eigen::MatrixXd white_x = testing::dense::solve(held, x), white_y = testing::dense::solve(held, y);
+    const Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(x.cols(), x.cols()) + x.transpose() * white_x;
+    const Eigen::VectorXd wide = testing::dense::solve(precision, x.transpose() * white_y).cwiseAbs().cwiseMax(1.0);
+    const Eigen::MatrixXd scaled = x * wide.asDiagonal();
+    double expected = testing::dense::log_density(y, held + scaled * scaled.transpose()) + 0.5 * y.squaredNorm();
+    for (const int i : finding.suspects) {
+      expected -= 3.0 + std::log(double(dictionary.suspects[static_cast<std::size_t>(i)].atoms.size()));
+    }
+    CHECK(finding.log_evidence == Approx(expected).margin(1e-9));
+  }
+  CHECK(holding > 10);
+}
+
 TEST_CASE("As many effects are expected of a machine, however many may be in it, and none is likely before it is seen",
           "[diagnose][search]") {
   double before = 0.0;

@@ -29,7 +29,7 @@ struct Situation {
   explicit Situation(int recordings, const Remainder& hidden = {})
       : pendulum(recordings, 1.0, hidden),
         target(target_of(pendulum, hidden)),
-        missing(pendulum.about, pendulum.data, {Eigen::MatrixXd(target.size(), 0), target}) {
+        missing(pendulum.about, pendulum.data, {Eigen::MatrixXd(target.size(), 0), target, {}}) {
     spec.signals.position.resize(1);
     spec.horizon = 1.0;
   }
