@@ -164,7 +164,7 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
 
 /// Of the noise, and of what the nominal leaves: less of that may be what the smoother leaves along the motion.
 bool leaves_much(const Fit& fit, const Fit& nominal, const Explanation& result) {
-  return result.excess(fit) > kSettings.search.restarts_below &&
+  return result.excess(fit) > kSettings.search.far_off &&
          fit.sse > std::pow(kSettings.search.most, 2) * nominal.sse;
 }
 
