@@ -227,17 +227,21 @@ void climb(Fits& fits, const Screen& screen, const Dictionary& dictionary, const
 void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionary, const Explanation& result,
                    const ExplainOptions& options) {
   Climb at(fits, screen, dictionary, result, options);
+  const auto best = [&]() -> const Fit& { return *fits.ranked().front(); };
+  const auto near = [&] { return result.excess(best()) < kSettings.search.far_off; };
   double reached = -kInfinity;
-  for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set}; ++size) {
-    const double best = fits.ranked().front()->log_evidence;
-    if (best <= std::exchange(reached, best) && size > std::size_t{kSettings.search.most_effects}) return;
-    for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size); ++stands) {
+  for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set} && !near(); ++size) {
+    const double before = std::exchange(reached, best().log_evidence);
+    if (reached <= before && size > std::max(best().effects.size(), std::size_t{kSettings.search.most_effects})) break;
+    for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size) && !near(); ++stands) {
       if (!at.paired()) at.promised();
       at.disentangled();
       at.other_laws();
-      if (leaves_little(*fits.ranked().front())) return;
     }
   }
+  const std::vector<Effect> found = best().effects;
+  for (const std::vector<Effect>& set : simpler_sets(found)) fits.add(set);
+  if (at.stand_on(found.size() - 1)) at.promised();
 }
 
 }  // namespace bayesctrl

@@ -164,8 +164,7 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
 
 /// Of the noise, and of what the nominal leaves: less of that may be what the smoother leaves along the motion.
 bool leaves_much(const Fit& fit, const Fit& nominal, const Explanation& result) {
-  return result.excess(fit) > kSettings.search.far_off &&
-         fit.sse > std::pow(kSettings.search.most, 2) * nominal.sse;
+  return result.excess(fit) > kSettings.search.far_off && fit.sse > std::pow(kSettings.search.most, 2) * nominal.sse;
 }
 
 /// Where what the screen proposes is far from all that the machine did, simulations of sets that lack something strong
@@ -185,7 +184,7 @@ void search_along_motion(Fits& fits, const Screen& moving, const Projected& proj
   std::set<std::size_t> sizes;
   for (const Fit* fit : ranked) {
     if (fit->sse > kSettings.search.lost * ranked.front()->sse) break;
-    if (sizes.insert(fit->effects.size()).second) fits.add(fit->effects);
+    if (sizes.insert(fit->effects.size()).second) fits.add_anew(fit->effects);
   }
 }
 

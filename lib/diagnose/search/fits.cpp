@@ -134,6 +134,14 @@ std::optional<Fit> Fits::from_motion(const Fit& known) {
   }
 }
 
+void Fits::add_anew(const std::vector<Effect>& effects) {
+  if (!tried(effects)) {
+    add(effects);
+  } else if (find(effects) != nullptr) {
+    improve(effects, {});
+  }
+}
+
 bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
   effects = start_from(known.effects, std::move(effects));
   if (!tried(effects)) {

@@ -30,6 +30,9 @@ class Fits {
   /// numbers, which it begins with where they leave less.
   const Fit* add(std::vector<Effect> effects, const std::vector<Effect>& other = {});
 
+  /// The same once more where these numbers leave less than those that it was fitted from.
+  void add_anew(const std::vector<Effect>& effects);
+
   /// Fits a set that holds all of `known` and more, beginning with the parameters that are known. What was tried before
   /// is tried again if it stopped short of its own subset. Whether there was anything to do.
   bool extend(const Fit& known, std::vector<Effect> effects);
