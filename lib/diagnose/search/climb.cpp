@@ -229,10 +229,13 @@ void climb_by_size(Fits& fits, const Screen& screen, const Dictionary& dictionar
   Climb at(fits, screen, dictionary, result, options);
   const auto best = [&]() -> const Fit& { return *fits.ranked().front(); };
   const auto near = [&] { return result.excess(best()) < kSettings.search.far_off; };
-  double reached = -kInfinity;
+  double left = kInfinity;
   for (std::size_t size = 2; size < std::size_t{kSettings.search.largest_set} && !near(); ++size) {
-    const double before = std::exchange(reached, best().log_evidence);
-    if (reached <= before && size > std::max(best().effects.size(), std::size_t{kSettings.search.most_effects})) break;
+    const double before = std::exchange(left, result.excess(best()));
+    const double ratio = left / before, more = static_cast<double>(std::size_t{kSettings.search.largest_set} - size);
+    const bool worth =
+        ratio < 1.0 - kSettings.search.worth_growing && left * std::pow(ratio, more) < kSettings.search.restarts_below;
+    if (size > std::size_t{kSettings.search.most_effects} && !worth) break;
     for (int stands = 0; stands < kSettings.search.stands_along_motion && at.stand_on(size) && !near(); ++stands) {
       if (!at.paired()) at.promised();
       at.disentangled();

@@ -179,8 +179,11 @@ void search_along_motion(Fits& fits, const Screen& moving, const Projected& proj
   for (const Finding& finding : findings | std::views::take(int{kSettings.search.findings_along_motion})) {
     if (!finding.suspects.empty()) along.add(finding.effects(dictionary));
   }
-  climb_by_size(along, screen, dictionary, result, options);
+  ExplainOptions usual = options;
+  usual.effort = 1.0;
+  climb_by_size(along, screen, dictionary, result, usual);
   const std::vector<const Fit*> ranked = along.ranked();
+  if (result.excess(*ranked.front()) > kSettings.search.restarts_below) return;  // nothing of it is what is missing
   std::set<std::size_t> sizes;
   for (const Fit* fit : ranked) {
     if (fit->sse > kSettings.search.lost * ranked.front()->sse) break;
