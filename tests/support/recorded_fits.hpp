@@ -7,17 +7,19 @@
 
 namespace bayesctrl::testing {
 
-/// Six seconds of the pendulum with hidden effects, linearised about its smoothed motion, and no fits so far.
+inline Measured six_seconds(const std::vector<Effect>& hidden, std::uint64_t seed) {
+  Measured m = record(Machine(kPendulum, hidden), -1.0, seed);
+  m.time.resize(600);
+  m.position = m.position.topRows(600).eval();
+  m.input = m.input.topRows(600).eval();
+  return m;
+}
+
+/// The pendulum, by default six seconds of it with hidden effects, linearised about its smoothed motion, and no fits so
+/// far.
 struct RecordedFits {
-  RecordedFits(const std::vector<Effect>& hidden, std::vector<std::size_t> allowed, std::uint64_t seed = 61) {
-    Measured m = record(Machine(kPendulum, hidden), -1.0, seed);
-    m.time.resize(600);
-    m.position = m.position.topRows(600).eval();
-    m.input = m.input.topRows(600).eval();
-    data.push_back(std::move(m));
-    options.allowed = std::move(allowed);
-    linearise(smooth_all(plant, data, noise));
-  }
+  RecordedFits(const std::vector<Effect>& hidden, std::vector<std::size_t> allowed, std::uint64_t seed = 61)
+      : RecordedFits({six_seconds(hidden, seed)}, std::move(allowed)) {}
   RecordedFits(std::vector<Measured> recorded, std::vector<std::size_t> allowed) : data(std::move(recorded)) {
     options.allowed = std::move(allowed);
     linearise(smooth_all(plant, data, noise));

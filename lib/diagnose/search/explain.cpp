@@ -5,9 +5,9 @@
 #include <functional>
 #include <optional>
 #include <ranges>
-#include <set>
 
 #include "base/error.hpp"
+#include "diagnose/search/along_motion.hpp"
 #include "diagnose/search/climb.hpp"
 #include "diagnose/search/fits.hpp"
 #include "diagnose/search/whole.hpp"
@@ -162,35 +162,6 @@ void fit_small_sets(Fits& fits, const Screen& screen, const Dictionary& dictiona
   fits.add_simpler();
 }
 
-/// Of the noise, and of what the nominal leaves: less of that may be what the smoother leaves along the motion.
-bool leaves_much(const Fit& fit, const Fit& nominal, const Explanation& result) {
-  return result.excess(fit) > kSettings.search.far_off && fit.sse > std::pow(kSettings.search.most, 2) * nominal.sse;
-}
-
-/// Where what the screen proposes is far from all that the machine did, simulations of sets that lack something strong
-/// go astray, and so do the steps from them. Along the motion every set is where the machine was: what leads on from
-/// there, and the best of that to begin with.
-void search_along_motion(Fits& fits, const Screen& moving, const Projected& projected, const Dictionary& dictionary,
-                         const Explanation& result, const ExplainOptions& options) {
-  Fits along = fits.along_motion();
-  const Screen screen = moving.beside(projected.without(*along.problem().rests));
-  const std::vector<Finding> findings = screen.all();
-  along.add({});
-  for (const Finding& finding : findings | std::views::take(int{kSettings.search.findings_along_motion})) {
-    if (!finding.suspects.empty()) along.add(finding.effects(dictionary));
-  }
-  ExplainOptions usual = options;
-  usual.effort = 1.0;
-  climb_by_size(along, screen, dictionary, result, usual);
-  const std::vector<const Fit*> ranked = along.ranked();
-  if (result.excess(*ranked.front()) > kSettings.search.restarts_below) return;  // nothing of it is what is missing
-  std::set<std::size_t> sizes;
-  for (const Fit* fit : ranked) {
-    if (fit->sse > kSettings.search.lost * ranked.front()->sse) break;
-    if (sizes.insert(fit->effects.size()).second) fits.add_anew(fit->effects);
-  }
-}
-
 /// Fits what the screen proposes and what lies next to the best of it, until it is `futile`. Where one of the sets that
 /// are known already leaves only noise, the screen has nothing to propose.
 void search(Fits& fits, const Screen& screen, const Projected& projected, const Dictionary& dictionary,
@@ -201,9 +172,7 @@ void search(Fits& fits, const Screen& screen, const Projected& projected, const 
     fit_findings(fits, findings, dictionary, result, options);
   }
   fits.add_subsets();
-  if (leaves_much(*fits.ranked().front(), *fits.add({}), result)) {
-    search_along_motion(fits, screen, projected, dictionary, result, options);
-  }
+  search_along_motion(fits, screen, projected, dictionary, result, options);
   climb(fits, screen, dictionary, result, options, hopeless_behind(findings.front()), futile);
   for (std::vector<Effect>& effects : equivalents(fits.ranked().front()->effects)) fits.add(std::move(effects));
 }

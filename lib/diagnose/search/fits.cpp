@@ -55,11 +55,11 @@ Fits Fits::along_motion() const {
 }
 
 Fit Fits::begun(const std::vector<Effect>& effects, const std::vector<SegmentState>& starts) const {
-  return rests_ != nullptr ? begin_along_motion(problem(), effects) : begin(problem(), effects, starts);
+  return is_along_motion() ? begin_along_motion(problem(), effects) : begin(problem(), effects, starts);
 }
 
 Fit Fits::settled(Fit begun) const {
-  if (rests_ != nullptr) return fit_with_process_noise(problem(), *about_->response, std::move(begun));
+  if (is_along_motion()) return fit_with_process_noise(problem(), *about_->response, std::move(begun));
   return completed(problem(), std::move(begun));
 }
 
@@ -117,7 +117,7 @@ const LinearResponse& Fits::beside_process_noise(const Fit& fit) {
 /// stop short where they part from the machine, as at rest or in a gap, and beside process noise none do. Of sets
 /// that are near the truth and not lost.
 std::optional<Fit> Fits::from_motion(const Fit& known) {
-  if (rests_ != nullptr || known.effects.empty() ||
+  if (is_along_motion() || known.effects.empty() ||
       known.sse < kSettings.search.stuck * noise_sse(about_->response->rows()))
     return {};
   const double near = 1.0 + std::pow(kSettings.search.restarts_below, 2);
@@ -194,7 +194,7 @@ bool Fits::is_lost(const Gap& part) const {
 const Eigen::MatrixXd& Fits::jacobian(const Fit& fit) {
   auto& [where, known] = jacobians_[key(fit.effects)];
   if (Eigen::VectorXd values = values_of(fit); known.size() == 0 || values != where) {
-    known = rests_ != nullptr ? jacobian_along_motion(problem(), fit) : linear_jacobian(problem(), fit);
+    known = is_along_motion() ? jacobian_along_motion(problem(), fit) : linear_jacobian(problem(), fit);
     where = std::move(values);
   }
   return known;
@@ -224,7 +224,7 @@ bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
 /// does not explain most the set may be the better of the two.
 void Fits::add_part(const Fit& of, std::vector<Effect> effects) {
   std::vector<Effect> moved;
-  if (rests_ == nullptr && explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
+  if (!is_along_motion() && explains_most(of) && !effects.empty() && !redundant(effects) && options_.allow(effects)) {
     const std::vector<SegmentState> starts = starts_for(effects, of, problem());
     const auto give_up = [&](Fit seen) {
       const std::string name = key(effects);
@@ -331,7 +331,7 @@ bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentSt
     Fit there = begun(start, starts);
     if (!from_afar && there.sse >= known.sse) return false;
     Fit tried = settled(std::move(there));
-    if (rests_ == nullptr) tried = refined(problem(), std::move(tried));
+    if (!is_along_motion()) tried = refined(problem(), std::move(tried));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);
     return true;

@@ -70,6 +70,7 @@ class Fits {
   const Eigen::MatrixXd& jacobian(const Fit& fit);
 
  private:
+  bool is_along_motion() const { return rests_ != nullptr; }
   std::vector<Fit> finalists() const;
   double lost_beyond() const;
   bool is_lost(const Fit& fit) const { return fit.sse > lost_beyond(); }
