@@ -510,6 +510,8 @@ struct VerdictSettings {
   double unseen = 1e-3;
   double trace = 0.003;
   double above_remainder = 5.0;
+  double imitable = 0.06;
+  double part_of_remainder = 2.0;
   double alone = 0.98;
   double rebounds = 1e-3;
   double never_acts = 0.1;
@@ -567,6 +569,11 @@ struct VerdictSettings {
           {kPositive, "of the error, squares", "without it: an effect of a smaller share is told as a trace"});
     field("above_remainder", self.above_remainder,
           {kPositive, "of what is left, squares", "which an effect has to take away to be named beside it"});
+    field("imitable", self.imitable,
+          {kPositive, "of the refit nominal's error, squares",
+           "left of what is not named, beyond which effects may imitate what is missing"});
+    field("part_of_remainder", self.part_of_remainder,
+          {kPositive, "of what is left, squares", "which an effect has to take away there to be certain"});
     field("alone", self.alone,
           {between(0.0, 1.0), "of the mismatch, squares",
            "that one effect alone has to take away to be told in `alone`"});

@@ -272,14 +272,19 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
   }
 
   Beside best;
-  double alone = 0.0, with = -kInfinity;  // less the evidence of white noise alone
+  std::vector<std::pair<double, std::vector<Effect>>> looked_at;  // evidence, set
+  double alone = 0.0, with = -kInfinity;                          // less the evidence of white noise alone
   const auto consider = [&](const Eigen::MatrixXd& white, const Eigen::VectorXd& y, double base) {
     alone = std::max(alone, base);
     const Screen screen(few, white, y, {.penalty = penalty, .keep = 3, .beam = 15});
     for (const Finding& finding : screen.all()) {
-      if (finding.suspects.empty() || base + finding.log_evidence <= with) continue;
-      with = base + finding.log_evidence;
-      best.effects = finding.effects(few);
+      std::vector<Effect> effects = finding.effects(few);
+      const double evidence = base + finding.log_evidence;
+      if (!effects.empty() && evidence > with) {
+        with = evidence;
+        best.effects = effects;
+      }
+      looked_at.emplace_back(evidence, std::move(effects));
     }
   };
   consider(narrow, target, 0.0);
@@ -307,6 +312,13 @@ Discrepancy::Beside Discrepancy::beside(const Eigen::MatrixXd& columns, const Ei
     }
   }
   best.log_odds = with - alone;
+  double sum = 0.0;
+  for (const auto& [evidence, effects] : looked_at) {
+    const double weight = std::exp(evidence - std::max(with, alone));
+    sum += weight;
+    for (const Effect& effect : effects) best.inclusion[label(effect, kMaxJoints)] += weight;
+  }
+  for (auto& [name, p] : best.inclusion) p /= sum;
   return best;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 #include "diagnose/discrepancy/term_groups.hpp"
 #include "diagnose/search/explain.hpp"
@@ -34,10 +36,12 @@ class Discrepancy {
   Dependence dependence(const Eigen::VectorXd& target) const;
 
   /// Log evidence of the best set of effects beside a discrepancy less that of the discrepancy alone, each with the
-  /// size of the discrepancy that suits it best; and that set.
+  /// size of the discrepancy that suits it best; that set; and of each effect, by its label, the probability that it
+  /// is part of the machine, over all sets beside every kind and size of discrepancy.
   struct Beside {
     double log_odds = 0.0;
     std::vector<Effect> effects;
+    std::map<std::string, double> inclusion;
   };
   Beside beside(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target, double penalty) const;
 

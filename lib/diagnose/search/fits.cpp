@@ -167,9 +167,12 @@ void Fits::add_subsets() {
     // would the parts of its parts.
     const bool grown = best.front()->effects.size() > std::size_t{kSettings.search.most_effects};
     const bool one = grown && !explains_most(*best.front());
+    const double reached = best.front()->log_evidence;
     const auto of = std::size_t(one ? 1 : options_.thorough(kSettings.search.subsets_of));
-    for (std::size_t i = 0; i < std::min(of, best.size()); ++i) {
+    const auto better = [&] { return !one && ranked().front()->log_evidence > reached; };
+    for (std::size_t i = 0; i < std::min(of, best.size()) && !better(); ++i) {
       for (const std::vector<Effect>& set : simpler_sets(best[i]->effects)) {
+        if (better()) break;  // its own parts come first
         if (!tried(set)) {
           add_part(*best[i], set);
           grew = true;
@@ -331,7 +334,7 @@ bool Fits::improve(const std::vector<Effect>& start, const std::vector<SegmentSt
     Fit there = begun(start, starts);
     if (!from_afar && there.sse >= known.sse) return false;
     Fit tried = settled(std::move(there));
-    if (!is_along_motion()) tried = refined(problem(), std::move(tried));
+    if (!is_along_motion() && !is_lost(tried)) tried = refined(problem(), std::move(tried));
     if (tried.log_evidence < known.log_evidence + kSettings.search.convergence) return false;
     known = std::move(tried);
     return true;

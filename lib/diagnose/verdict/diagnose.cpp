@@ -350,6 +350,7 @@ void explain_all(const DiagnosisSpec& spec, const std::vector<Measured>& recordi
   }
   hold_to_account(diagnosis, motion_rms(data), held_out.empty() ? 0.0 : rms(noise_level(held_out)));
   doubt_beside_remainder(diagnosis);
+  doubt_beside_discrepancy(diagnosis, judgement.beside);
   const Explanation& explanation = found.explanation;
   std::vector<Effect> unconfirmed;
   for (const std::size_t e :

@@ -35,7 +35,9 @@ void judge_remainder(Judgement& judgement, const Search& search, const Missing& 
   judgement.fit = found.fit;
   judgement.remainder = found.remainder;
   judgement.left = found.remaining;
-  if (declined) judgement.whole = found.whole;
+  if (!declined) return;
+  judgement.whole = found.whole;
+  judgement.beside = std::move(odds.inclusion);
 }
 
 std::string amount(double error, const FitFigures& fit) { return format(error, 3) + " " + fit.unit; }
@@ -142,6 +144,18 @@ void doubt_beside_remainder(Diagnosis& diagnosis) {
   doubt(diagnosis.explanation.probability);
   diagnosis.reason = small + (count == 1 ? " takes" : " each take") +
                      " away little more than is left unexplained, and may be a part of that";
+}
+
+void doubt_beside_discrepancy(Diagnosis& diagnosis, const std::map<std::string, double>& inclusion) {
+  if (diagnosis.verdict != Verdict::unknown || !diagnosis.remainder) return;
+  const double left = diagnosis.remainder->share;
+  for (const ExplainedEffect& effect : diagnosis.explanation.effects) {
+    const auto beside = inclusion.find(label(effect, kMaxJoints));
+    const bool certain = beside != inclusion.end() && beside->second >= kSettings.verdict.confident;
+    const bool imitates = left > kSettings.verdict.imitable && !certain;
+    const bool small = effect.share && *effect.share < kSettings.verdict.part_of_remainder * left;
+    if (imitates || small) doubt(diagnosis, label(effect, diagnosis.joints));
+  }
 }
 
 void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed) {

@@ -32,6 +32,7 @@ struct Judgement {
   Remainder remainder;                           // and what stands beside it
   Discrepancy::Dependence left;                  // what that depends on which the stated model leaves
   std::optional<Discrepancy::Dependence> whole;  // and what the nominal leaves
+  std::map<std::string, double> beside;          // what it is declined for: inclusion of effects beside that
   Equivalence equivalence;
   double p_given = 1.0;
   bool parameters_explain = false;
@@ -73,6 +74,11 @@ void hold_to_account(Diagnosis& diagnosis, double motion, double held_out_noise 
 
 /// What takes away hardly more than is left unexplained may stand for a part of that, and is not named.
 void doubt_beside_remainder(Diagnosis& diagnosis);
+
+/// What is unknown may be imitated by effects of the catalogue. Where much of it is left they are certain only if they
+/// are part of the machine beside a discrepancy as well (`inclusion` there, by label), and if they take away more than
+/// is left.
+void doubt_beside_discrepancy(Diagnosis& diagnosis, const std::map<std::string, double>& inclusion);
 
 /// Effects in time that nothing confirms may be part of the machine, and are not named.
 void doubt_in_time(Diagnosis& diagnosis, const std::vector<Effect>& unconfirmed);

@@ -156,7 +156,10 @@ TEST_CASE("Odds of an effect beside a discrepancy are those of two normal distri
     CHECK(said.log_odds == Approx(odds).epsilon(kRoot));
     REQUIRE(said.effects.size() == 1);
     CHECK(said.effects[0].form.get<ConstantBias>().torque == Approx(0.25 * cy / (1.0 / square + cc)).epsilon(kRoot));
+    CHECK(said.inclusion.at("constant_bias@1") > 0.9);
     // What the discrepancy has drawn needs no effect.
-    CHECK(discrepancy.beside(c, drawn + pendulum.white(20), kPenalty).log_odds < 0.0);
+    const Discrepancy::Beside none = discrepancy.beside(c, drawn + pendulum.white(20), kPenalty);
+    CHECK(none.log_odds < 0.0);
+    CHECK(none.inclusion.at("constant_bias@1") < 0.5);
   }
 }

@@ -214,6 +214,34 @@ TEST_CASE("An effect that takes away little more than is left unexplained is not
   }
 }
 
+TEST_CASE("Beside much that is unknown an effect is certain only where a discrepancy could not imitate it",
+          "[diagnose]") {
+  for (const double left : {0.0, 0.02, 0.1}) {
+    for (const Verdict verdict : {Verdict::unknown, Verdict::ambiguous}) {
+      Diagnosis d;
+      d.joints = 2;
+      d.verdict = verdict;
+      for (const auto& [name, share] :
+           {std::pair{"coulomb_friction", 0.7}, {"quadratic_drag", 0.9}, {"constant_bias", 0.03}}) {
+        ExplainedEffect& effect = d.explanation.effects.emplace_back();
+        effect.name = name;
+        effect.joint = 2;
+        effect.inclusion = 0.99;
+        effect.share = share;
+        d.inclusion.items.emplace_back(std::string(name) + "@2", 0.99);
+      }
+      if (left > 0.0) d.remainder = Unexplained{left, {}};
+      doubt_beside_discrepancy(d, {{"coulomb_friction@2", 0.95}, {"quadratic_drag@2", 0.2}, {"constant_bias@2", 1.0}});
+      const bool unknown = verdict == Verdict::unknown;
+      const std::vector<bool> doubted = {false, unknown && left == 0.1, unknown && left > 0.0};
+      for (std::size_t e = 0; e < doubted.size(); ++e) {
+        CHECK(d.explanation.effects[e].inclusion == (doubted[e] ? 0.7 : 0.99));
+        CHECK(d.inclusion.items[e].second == (doubted[e] ? 0.7 : 0.99));
+      }
+    }
+  }
+}
+
 TEST_CASE("An effect in time that nothing confirms is not named", "[diagnose]") {
   Diagnosis d;
   d.joints = 2;
