@@ -75,9 +75,9 @@ void hold_to_account(Diagnosis& diagnosis, double motion, double held_out_noise 
 /// What takes away hardly more than is left unexplained may stand for a part of that, and is not named.
 void doubt_beside_remainder(Diagnosis& diagnosis);
 
-/// What is unknown may be imitated by effects of the catalogue. Where much of it is left they are certain only if they
-/// are part of the machine beside a discrepancy as well (`inclusion` there, by label), and if they take away more than
-/// is left.
+/// What is unknown may be imitated by effects of the catalogue: they are certain only if they take away more than a
+/// multiple of what is left and, where that is much, if they are part of the machine beside a discrepancy as well
+/// (`inclusion` there, by label).
 void doubt_beside_discrepancy(Diagnosis& diagnosis, const std::map<std::string, double>& inclusion);
 
 /// Effects in time that nothing confirms may be part of the machine, and are not named.

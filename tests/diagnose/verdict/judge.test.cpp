@@ -188,6 +188,20 @@ TEST_CASE("What is left of held-out recordings alone contradicts, what is left e
   CHECK(verdict(0.01, 0.2) == Verdict::unknown);
 }
 
+namespace {
+
+/// Lists an effect of joint 2 as nearly certain.
+void list(Diagnosis& d, const std::string& name, double share) {
+  ExplainedEffect& effect = d.explanation.effects.emplace_back();
+  effect.name = name;
+  effect.joint = 2;
+  effect.inclusion = 0.99;
+  effect.share = share;
+  d.inclusion.items.emplace_back(name + "@2", 0.99);
+}
+
+}  // namespace
+
 TEST_CASE("An effect that takes away little more than is left unexplained is not named", "[diagnose]") {
   for (const double left : {0.0, 0.001, 0.004}) {
     Diagnosis d;
@@ -195,12 +209,7 @@ TEST_CASE("An effect that takes away little more than is left unexplained is not
     d.verdict = Verdict::named;
     d.explanation.probability = 0.99;
     for (const auto& [name, share] : {std::pair{"coulomb_friction", 0.5}, {"constant_bias", 0.01}}) {
-      ExplainedEffect& effect = d.explanation.effects.emplace_back();
-      effect.name = name;
-      effect.joint = 2;
-      effect.inclusion = 0.99;
-      effect.share = share;
-      d.inclusion.items.emplace_back(std::string(name) + "@2", 0.99);
+      list(d, name, share);
     }
     if (left > 0.0) d.remainder = Unexplained{left, {}};
     doubt_beside_remainder(d);
@@ -223,12 +232,7 @@ TEST_CASE("Beside much that is unknown an effect is certain only where a discrep
       d.verdict = verdict;
       for (const auto& [name, share] :
            {std::pair{"coulomb_friction", 0.7}, {"quadratic_drag", 0.9}, {"constant_bias", 0.03}}) {
-        ExplainedEffect& effect = d.explanation.effects.emplace_back();
-        effect.name = name;
-        effect.joint = 2;
-        effect.inclusion = 0.99;
-        effect.share = share;
-        d.inclusion.items.emplace_back(std::string(name) + "@2", 0.99);
+        list(d, name, share);
       }
       if (left > 0.0) d.remainder = Unexplained{left, {}};
       doubt_beside_discrepancy(d, {{"coulomb_friction@2", 0.95}, {"quadratic_drag@2", 0.2}, {"constant_bias@2", 1.0}});
