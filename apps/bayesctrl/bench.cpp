@@ -59,9 +59,7 @@ void declare_bench(CLI::App& app, ExitCode& exit) {
   sub->add_option("--out", command->out,
                   "Folder for bench.csv, bench.json, bench.md and a folder of each machine; default: results/NAME")
       ->type_name("DIR");
-  sub->add_option("-j,--jobs", command->jobs, "Machines at a time; 0: one per core")
-      ->check(CLI::Range(0, kMostJobs))
-      ->capture_default_str();
+  add_jobs_option(*sub, command->jobs);
   sub->add_flag("--no-report", command->no_report, "Write no report.html for the machines");
   add_set_option(*sub, command->assignments);
   add_loudness(*sub, command->loudness);

@@ -53,8 +53,7 @@ void declare_calibrate(CLI::App& app, ExitCode& exit) {
   auto command = std::make_shared<CalibrateCommand>();
   CLI::App* sub = app.add_subcommand("calibrate", "Search settings that a publication does not report");
   sub->add_option("SPEC", command->spec, "YAML spec of a calibration, e.g. configs/calibrate_exp1.yaml")->required();
-  sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
-      ->check(CLI::Range(0, kMostJobs));
+  add_jobs_option(*sub, command->jobs);
   sub->add_option("--show", command->show, "How many of the best candidates are shown, each once")
       ->capture_default_str();
   add_loudness(*sub, command->loudness);

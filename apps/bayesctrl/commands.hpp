@@ -38,6 +38,7 @@ void declare_man(CLI::App& app, ExitCode& exit);
 
 /// Options that several subcommands share.
 void add_set_option(CLI::App& command, std::vector<std::string>& assignments);
+void add_jobs_option(CLI::App& command, int& jobs);
 
 /// What is said, and how. `quiet` and `json` both mean no progress.
 struct Loudness {

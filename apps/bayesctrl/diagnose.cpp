@@ -11,6 +11,7 @@
 #include "diagnose/verdict/sentence.hpp"
 #include "io/emit.hpp"
 #include "io/files.hpp"
+#include "numerics/parallel.hpp"
 #include "report/report.hpp"
 #include "spec/sweep.hpp"
 #include "terminal/plot.hpp"
@@ -145,6 +146,7 @@ struct DiagnoseCommand {
   std::vector<std::string> specs, assignments;
   std::string out;
   Loudness loudness;
+  int jobs = 0;
   bool no_report = false;
   bool plot = false;
 };
@@ -182,6 +184,29 @@ std::vector<Asked> read_all(const DiagnoseCommand& command) {
   return list;
 }
 
+void diagnose_all(const DiagnoseCommand& command) {
+  const Loudness& loudness = command.loudness;
+  Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "%");
+  ordered_json list = ordered_json::array();
+  const std::vector<Asked> all = read_all(command);
+  for (const auto& [path, spec, folder] : all) {
+    const std::size_t of_all = 100 * all.size();
+    const Diagnosed diagnosed = diagnose(spec, [&, &name = spec.name](int percent, std::string_view stage) {
+      progress(100 * list.size() + static_cast<std::size_t>(percent), of_all, name + ": " + std::string(stage));
+    });
+    progress.clear();
+    write_diagnosis(diagnosed, folder);
+    write_origin(spec, path, folder);
+    if (!command.no_report) write_reports({folder});
+    list.push_back({{"folder", folder.string()}, {"diagnosis", to_json(diagnosed.diagnosis)}});
+    if (loudness.quiet || loudness.json) continue;
+    print_verdict(diagnosed.diagnosis);
+    if (command.plot) std::cout << plots_of(diagnosed.missing_torque);
+    std::cout << "  written to " << folder.string() << "\n";
+  }
+  if (loudness.json) std::cout << ordered_json{{"diagnoses", list}}.dump(2) << "\n";
+}
+
 }  // namespace
 
 void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
@@ -196,6 +221,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
                   "results/diagnose/NAME")
       ->type_name("DIR");
   add_set_option(*sub, command->assignments);
+  add_jobs_option(*sub, command->jobs);
   sub->add_flag("--no-report", command->no_report, "Write no report.html");
   sub->add_flag("--plot", command->plot, "Draw measured position and missing torque over time");
   add_loudness(*sub, command->loudness);
@@ -206,26 +232,7 @@ void declare_diagnose(CLI::App& app, ExitCode& /*exit*/) {
   sub->callback([command] {
     keep_memory();
     end_at_once("interrupted: diagnoses that were written are whole; run the same command again for the others\n");
-    const Loudness& loudness = command->loudness;
-    Progress progress(Progress::choose(loudness.progress, loudness.quiet || loudness.json), "%");
-    ordered_json list = ordered_json::array();
-    const std::vector<Asked> all = read_all(*command);
-    for (const auto& [path, spec, folder] : all) {
-      const std::size_t of_all = 100 * all.size();
-      const Diagnosed diagnosed = diagnose(spec, [&, &name = spec.name](int percent, std::string_view stage) {
-        progress(100 * list.size() + static_cast<std::size_t>(percent), of_all, name + ": " + std::string(stage));
-      });
-      progress.clear();
-      write_diagnosis(diagnosed, folder);
-      write_origin(spec, path, folder);
-      if (!command->no_report) write_reports({folder});
-      list.push_back({{"folder", folder.string()}, {"diagnosis", to_json(diagnosed.diagnosis)}});
-      if (loudness.quiet || loudness.json) continue;
-      print_verdict(diagnosed.diagnosis);
-      if (command->plot) std::cout << plots_of(diagnosed.missing_torque);
-      std::cout << "  written to " << folder.string() << "\n";
-    }
-    if (loudness.json) std::cout << ordered_json{{"diagnoses", list}}.dump(2) << "\n";
+    on_threads(command->jobs, [&] { diagnose_all(*command); });
   });
 }
 

@@ -14,6 +14,12 @@ void add_set_option(CLI::App& command, std::vector<std::string>& assignments) {
       ->allow_extra_args(false);
 }
 
+void add_jobs_option(CLI::App& command, int& jobs) {
+  command.add_option("-j,--jobs", jobs, "Threads; 0: all cores. Results do not depend on it")
+      ->check(CLI::Range(0, kMostJobs))
+      ->capture_default_str();
+}
+
 void add_json_option(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "Print one JSON object on standard output and nothing else");
 }

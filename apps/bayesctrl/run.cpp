@@ -289,9 +289,7 @@ void declare_run(CLI::App& app, ExitCode& exit) {
   add_set_option(*sub, command->overrides.assignments);
   sub->add_option("--seed", command->overrides.seed, "Seed of all random numbers, instead of the spec's")
       ->check(seed_check());
-  sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
-      ->check(CLI::Range(0, kMostJobs))
-      ->capture_default_str();
+  add_jobs_option(*sub, command->jobs);
   sub->add_flag("--resume", command->resume,
                 "Leave out studies whose results are there, with the same settings and by the same program");
   sub->add_flag("--plot", command->plot, "Draw position and input of every controller over time");

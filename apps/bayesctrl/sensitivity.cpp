@@ -89,9 +89,7 @@ void declare_sensitivity(CLI::App& app, ExitCode& exit) {
   sub->add_option("--limit", command->limit, "Only the first N draws")
       ->type_name("N")
       ->check(CLI::Range(1, static_cast<int>(kMostSweepPoints)));
-  sub->add_option("--jobs", command->jobs, "Threads; 0: all cores. Results do not depend on it")
-      ->check(CLI::Range(0, kMostJobs))
-      ->capture_default_str();
+  add_jobs_option(*sub, command->jobs);
   add_loudness(*sub, command->loudness);
   sub->footer(
       "Example:\n"

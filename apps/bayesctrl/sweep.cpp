@@ -175,9 +175,7 @@ ExitCode run_and_merge(const SweepPlan& plan, const fs::path& folder, const Swee
 }
 
 void add_jobs(CLI::App& sub, SweepCommand& command) {
-  sub.add_option("--jobs", command.jobs, "Threads; 0: all cores. Results do not depend on it")
-      ->check(CLI::Range(0, kMostJobs))
-      ->capture_default_str();
+  add_jobs_option(sub, command.jobs);
   sub.add_flag("--keep", command.keep, "Also keep what each run writes by itself, in DIR/runs");
 }
 

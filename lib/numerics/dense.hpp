@@ -41,6 +41,7 @@ Eigen::VectorXd symmetric_pivots(const Eigen::MatrixXd& a);
 /// Least squares by Q R with pivots.
 class PivotedQr {
  public:
+  PivotedQr() = default;
   explicit PivotedQr(const Eigen::MatrixXd& a);
   /// x that makes |a x - b| least.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;

@@ -16,6 +16,8 @@ int joints(const Plant& plant) {
       plant);
 }
 
+bool may_be_shared(const Plant& plant) { return !std::holds_alternative<Custom>(plant); }
+
 std::string unit_for(const Plant& plant, std::string_view shared) {
   return std::visit(
       [&]<class P>(const P&) {

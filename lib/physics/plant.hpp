@@ -41,6 +41,9 @@ decltype(auto) with_joints(const Plant& plant, auto&& f) {
 
 int joints(const Plant& plant);
 
+/// Whether several threads may evaluate one object at a time; else each needs a copy.
+bool may_be_shared(const Plant& plant);
+
 /// Whether a plant of this type may have so many; Eigen::Dynamic: any.
 template <class P>
 constexpr bool may_have_joints(int count) {

@@ -31,10 +31,11 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using trial::Scored;
 
-/// A process of its own that sees spec and recordings only. Its processor time in seconds, negative if it failed.
+/// A process of its own, on one core, that sees spec and recordings only. Its processor time in seconds, negative if it
+/// failed.
 double diagnose_apart(const fs::path& program, const fs::path& spec, const fs::path& out) {
-  std::vector<std::string> words{program.string(), "diagnose", spec.string(), "--out",
-                                 out.string(),     "--quiet",  "--no-report"};
+  std::vector<std::string> words{program.string(), "diagnose", spec.string(), "--out",      out.string(),
+                                 "--jobs",         "1",        "--quiet",     "--no-report"};
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);

@@ -8,7 +8,6 @@
 #include "io/files.hpp"
 #include "io/folder.hpp"
 #include "io/json.hpp"
-#include "numerics/parallel.hpp"
 #include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"
 #include "support/studies.hpp"
@@ -319,18 +318,4 @@ TEST_CASE("A sweep of a diagnosis has a row for each, and notices that a recordi
   CHECK(column_texts(table, "verdict")[0] != "");
   write_file(recording, recording_csv("12.5,0,0\n"));
   CHECK_THAT(error_of<Error>([&] { open_sweep(folder); }), Catch::Contains("a.csv: has changed since the sweep"));
-}
-
-TEST_CASE("Work in parallel is done once each, by as many threads as are asked for, an exception arrives",
-          "[numerics]") {
-  for (const int jobs : {0, 1, 2, 5}) {
-    std::vector<int> done(1000, 0);
-    in_parallel(done.size(), jobs, [&](std::size_t i) { ++done[i]; });
-    CHECK(done == std::vector<int>(1000, 1));
-    CHECK(error_of<Error>([&] {
-            in_parallel(100, jobs, [](std::size_t i) {
-              if (i == 50) throw IoError("disk full");
-            });
-          }) == "disk full");
-  }
 }

@@ -9,9 +9,8 @@ namespace bayesctrl {
 
 ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& linear)
     : jacobian_(linear) {
-  const Runs here(problem, fit);
   const Eigen::VectorXd values = values_of(fit);
-  std::vector<Runs> beside;
+  std::vector<Runs> runs{Runs(problem, fit)};  // here, and beside it by each unknown
   std::vector<double> steps;
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
@@ -22,13 +21,18 @@ ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Ei
     Eigen::VectorXd there = values;
     there[i] += step;
     assign(moved, there);
-    beside.emplace_back(problem, moved);
+    runs.emplace_back(problem, moved);
     steps.push_back(step);
   }
-  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+  const std::size_t windows = fit.initial_states.size();
+  by_initial_state_.resize(windows);
+  weights_.resize(windows);
+  along_.resize(windows);
+  each_window(runs, windows, [&](const std::vector<Runs>& own, std::size_t w) {
+    const Runs& here = own.front();
     const SegmentState& start = fit.initial_states[w];
     const Eigen::MatrixXd residual = here.residual(w, start);
-    const SegmentState& weight = weights_.emplace_back(weights_of(here.precision(w, start), residual));
+    const SegmentState& weight = weights_[w] = weights_of(here.precision(w, start), residual);
     const SegmentState reach = here.reach(w, start);
     // Below the samples what is known of the start itself.
     Eigen::MatrixXd by_initial_state = Eigen::MatrixXd::Zero(residual.size() + start.size(), start.size());
@@ -42,23 +46,23 @@ ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Ei
     }
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       const auto slot = static_cast<std::size_t>(i);
-      by_unknown.col(i).head(residual.size()) = ((residual - beside[slot].residual(w, start)) / steps[slot]).reshaped();
+      by_unknown.col(i).head(residual.size()) =
+          ((residual - own[slot + 1].residual(w, start)) / steps[slot]).reshaped();
     }
-    const PivotedQr& solver = by_initial_state_.emplace_back(by_initial_state);
+    const PivotedQr& solver = by_initial_state_[w] = PivotedQr(by_initial_state);
     const Eigen::MatrixXd along = solver.solve(by_unknown);
     const Eigen::MatrixXd projected = (by_unknown - by_initial_state * along).topRows(residual.size());
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       jacobian_.col(i).segment(problem.response.first_row(w), problem.response.row_count(w)) =
           problem.response.project(w, projected.col(i).reshaped(residual.rows(), residual.cols()));
     }
-    along_.push_back(along);
-  }
+    along_[w] = along;
+  });
 }
 
 void ExactJacobian::follow(const FitProblem& problem, Fit& next, const Eigen::VectorXd& change) const {
   for (std::size_t w = 0; w < by_initial_state_.size(); ++w) next.initial_states[w] -= SegmentState(along_[w] * change);
-  const Runs runs(problem, next);
-  for (std::size_t w = 0; w < by_initial_state_.size(); ++w) {
+  each_window(Runs(problem, next), by_initial_state_.size(), [&](const Runs& runs, std::size_t w) {
     const SegmentState reach = runs.reach(w, next.initial_states[w]);
     const SegmentState start = next.initial_states[w] = within(next.initial_states[w], reach);
     Eigen::MatrixXd residual = runs.residual(w, start);
@@ -71,7 +75,7 @@ void ExactJacobian::follow(const FitProblem& problem, Fit& next, const Eigen::Ve
       residual = tried;
     }
     take(problem, next, w, residual);
-  }
+  });
   sum_up(next);
 }
 

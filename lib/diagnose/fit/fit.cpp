@@ -284,9 +284,9 @@ Fit refined(const FitProblem& problem, Fit current) {
 }
 
 std::vector<Eigen::MatrixXd> residuals(const FitProblem& problem, const Fit& fit) {
-  const Runs runs(problem, fit);
-  std::vector<Eigen::MatrixXd> list;
-  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) list.push_back(runs.residual(w, fit.initial_states[w]));
+  std::vector<Eigen::MatrixXd> list(fit.initial_states.size());
+  each_window(Runs(problem, fit), list.size(),
+              [&](const Runs& runs, std::size_t w) { list[w] = runs.residual(w, fit.initial_states[w]); });
   return list;
 }
 

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "diagnose/settings.hpp"
+#include "numerics/parallel.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {
@@ -31,8 +32,9 @@ Influence influence(const FitProblem& problem, const Fit& fit, const std::vector
     const Eigen::Index size = problem.data[r].position.size();
     Eigen::MatrixXd& acceleration = result.acceleration.emplace_back(size, count);
     if (sensed) result.measured.emplace_back(Eigen::MatrixXd::Zero(size, count));
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Unknown& unknown = fit.unknowns[places[static_cast<std::size_t>(i)]];
+    in_parallel(places.size(), [&](std::size_t place) {
+      const auto i = static_cast<Eigen::Index>(place);
+      const Unknown& unknown = fit.unknowns[places[place]];
       const double up = unknown.above(), down = unknown.below();
       Eigen::MatrixXd a;
       if (unknown.effect < 0) {
@@ -52,7 +54,7 @@ Influence influence(const FitProblem& problem, const Fit& fit, const std::vector
       }
       acceleration.col(i) = a.transpose().reshaped() / (up - down);
       result.rms[i] += acceleration.col(i).squaredNorm();
-    }
+    });
     samples += static_cast<double>(problem.data[r].samples());
   }
   result.rms = (result.rms / samples).cwiseSqrt();

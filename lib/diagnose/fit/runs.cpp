@@ -7,14 +7,18 @@
 namespace bayesctrl {
 
 Runs::Runs(const FitProblem& problem, const Fit& fit)
-    : problem_(problem), joints_(joints(fit.plant)), machines_(machines(fit.plant, fit.effects, problem.data)) {
+    : problem_(problem),
+      joints_(joints(fit.plant)),
+      machines_(machines(fit.plant, fit.effects, problem.data)),
+      shared_(bayesctrl::may_be_shared(fit.plant)) {
   const std::vector<Segment>& windows = problem.response.windows();
   std::vector<JointVector> plays(problem.data.size());
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
     if (windows[w].opens) plays[windows[w].recording] = plays_of(fit.initial_states[w], joints_);
   }
+  std::vector<std::vector<Drive>> drives;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {
-    drives_.push_back(drives_of(machines_[r], problem.data[r], plays[r]));
+    drives.push_back(drives_of(machines_[r], problem.data[r], plays[r]));
   }
   for (std::size_t w = 0; w < windows.size(); ++w) {
     const std::size_t r = windows[w].recording;
@@ -22,18 +26,19 @@ Runs::Runs(const FitProblem& problem, const Fit& fit)
     HiddenStates now =
         windows[w].opens ? machines_[r].hidden_at_rest()
                          : machines_[r].hidden_after(hidden_.back(), problem.data[r].time, path.position, path.velocity,
-                                                     drives_[r], windows[w - 1].first, windows[w].first);
+                                                     drives[r], windows[w - 1].first, windows[w].first);
     if (w < fit.initial_states.size()) now = hidden_states_of(fit.initial_states[w], std::move(now));
     hidden_.push_back(std::move(now));
   }
+  drives_ = std::make_shared<const std::vector<std::vector<Drive>>>(std::move(drives));
 }
 
 Eigen::MatrixXd Runs::operator()(std::size_t w, const SegmentState& start, Eigen::MatrixXd* states) const {
   const Segment& window = problem_.response.windows()[w];
   const std::size_t r = window.recording;
   const std::vector<Drive> own = own_drives(machines_[r], problem_.data[r], window, start);
-  return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, own.empty() ? drives_[r] : own, window.first,
-                          window.last, problem_.max_step, hidden_states_of(start, hidden_[w]), states);
+  return machines_[r].run(start.head(2 * joints_), problem_.data[r].time, own.empty() ? (*drives_)[r] : own,
+                          window.first, window.last, problem_.max_step, hidden_states_of(start, hidden_[w]), states);
 }
 
 SegmentState Runs::precision(std::size_t w, const SegmentState& start) const {

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <memory>
+
 #include "diagnose/fit/fit.hpp"
+#include "numerics/parallel.hpp"
 
 namespace bayesctrl {
 
@@ -21,13 +25,32 @@ class Runs {
   /// Measured less simulated.
   Eigen::MatrixXd residual(std::size_t w, const SegmentState& start) const;
 
+  /// Whether several threads may simulate at a time; else each needs a copy.
+  bool may_be_shared() const { return shared_; }
+
  private:
   const FitProblem& problem_;
   int joints_;
   std::vector<Machine> machines_;
-  std::vector<std::vector<Drive>> drives_;
-  std::vector<HiddenStates> hidden_;  // at the beginning of each window
+  bool shared_;
+  std::shared_ptr<const std::vector<std::vector<Drive>>> drives_;  // per recording and joint
+  std::vector<HiddenStates> hidden_;                               // at the beginning of each window
 };
+
+/// Calls work(runs, w) for each of the first `count` windows, on all threads. `runs`: those of one fit or more.
+void each_window(const std::vector<Runs>& runs, std::size_t count, const auto& work) {
+  if (thread_count() == 1 || std::ranges::all_of(runs, &Runs::may_be_shared)) {
+    return in_parallel(count, [&](std::size_t w) { work(runs, w); });
+  }
+  const std::size_t blocks = std::min(count, 4 * static_cast<std::size_t>(thread_count()));
+  in_parallel(blocks, [&](std::size_t b) {
+    const std::vector<Runs> own = runs;
+    for (std::size_t w = b * count / blocks; w < (b + 1) * count / blocks; ++w) work(own, w);
+  });
+}
+void each_window(const Runs& runs, std::size_t count, const auto& work) {
+  each_window(std::vector{runs}, count, [&](const std::vector<Runs>& own, std::size_t w) { work(own.front(), w); });
+}
 
 /// Puts the residual of one window into that of the fit.
 void take(const FitProblem& problem, Fit& fit, std::size_t w, const Eigen::MatrixXd& residual);

@@ -1,5 +1,6 @@
 #include "diagnose/fit/shooting.hpp"
 
+#include <atomic>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -31,11 +32,12 @@ double noise_sse(Eigen::Index rows) {
 }
 
 void simulate(const FitProblem& problem, Fit& fit, int rounds, double most) {
-  const Runs runs(problem, fit);
   const int n = joints(fit.plant);
   fit.residual.resize(problem.response.rows());
-  double sum = 0.0;
-  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+  const double too_much = most * (1.0 + 1e-9);  // in whatever order the segments are summed up
+  std::atomic<double> sum = 0.0;
+  each_window(Runs(problem, fit), fit.initial_states.size(), [&](const Runs& runs, std::size_t w) {
+    if (sum > too_much) return;
     SegmentState& start = fit.initial_states[w];
     Eigen::MatrixXd residual = runs.residual(w, start);
     for (int round = 0; round < rounds; ++round) {
@@ -52,18 +54,17 @@ void simulate(const FitProblem& problem, Fit& fit, int rounds, double most) {
     }
     take(problem, fit, w, residual);
     sum += sse_of(problem, fit, w);
-    if (sum > most) throw NumericalError("the segments leave more than was asked for");
-  }
-  sum_up(fit);
+  });
+  if (!(sum > too_much)) sum_up(fit);
+  if (sum > too_much || fit.sse > most) throw NumericalError("the segments leave more than was asked for");
 }
 
 void polish(const FitProblem& problem, Fit& fit) {
-  const Runs runs(problem, fit);
-  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+  each_window(Runs(problem, fit), fit.initial_states.size(), [&](const Runs& runs, std::size_t w) {
     const bool simple = fit.initial_states[w].size() == 2 * joints(fit.plant);
-    if (simple && sse_of(problem, fit, w) <= noise_sse(problem.response.row_count(w))) continue;
+    if (simple && sse_of(problem, fit, w) <= noise_sse(problem.response.row_count(w))) return;
     improve(problem, runs, fit, w, fit.initial_states[w]);
-  }
+  });
   sum_up(fit);
 }
 
@@ -74,11 +75,11 @@ bool recover(const FitProblem& problem, Fit& fit) {
     if (sse_of(problem, fit, w) > kSettings.fit.astray * noise_sse(problem.response.row_count(w))) astray.push_back(w);
   }
   if (astray.empty() || std::size_t{kSettings.fit.one_astray_of} * astray.size() > windows.size()) return false;
-  const Runs runs(problem, fit);
   const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data);
   const Eigen::Index states = 2 * joints(fit.plant);
   const double before = fit.sse;
-  for (const std::size_t w : astray) {
+  each_window(Runs(problem, fit), astray.size(), [&](const Runs& runs, std::size_t i) {
+    const std::size_t w = astray[i];
     SegmentState anew = fit.initial_states[w];
     const std::size_t r = windows[w].recording;
     anew.head(states) = initial_guess(windows[w], problem.forcing.paths()[r], list[r]).head(states);
@@ -88,7 +89,7 @@ bool recover(const FitProblem& problem, Fit& fit) {
       } catch (const NumericalError&) {  // diverges from there
       }
     }
-  }
+  });
   sum_up(fit);
   return fit.sse < kSettings.fit.recovered * before;
 }

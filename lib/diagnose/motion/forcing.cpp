@@ -159,9 +159,10 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
   } else if (roles.tilt) {
     JointVector tilt = JointVector::Zero(joints_);
     tilt[j] = form.tilt();
+    const Plant own = plant_;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Point& p = points[i];
-      const JointVector torque = external_torque(plant_, p.q + tilt) - p.external;
+      const JointVector torque = external_torque(own, p.q + tilt) - p.external;
       result.row(static_cast<Eigen::Index>(i / parts_)) +=
           (p.mobility * torque).transpose() / static_cast<double>(parts_);
     }
@@ -223,6 +224,7 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
   const std::vector<double>& switches = drive.switches();
   const Along& along = along_[recording][static_cast<std::size_t>(joint)];
   const bool custom = std::holds_alternative<Custom>(plant_);
+  const Plant own = plant_;
   std::size_t segment = 0;
   for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
     double sum = 0.0;  // over the step, from switch to switch
@@ -238,7 +240,7 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
       const Point& p = points[point];
       JointVector changed = p.u;
       changed[joint] = mean;
-      result.row(row) = (motion(plant_, p.q, p.v, changed, p.time).acceleration - p.nominal).transpose();
+      result.row(row) = (motion(own, p.q, p.v, changed, p.time).acceleration - p.nominal).transpose();
     } else {
       const double torque = mean - along.states[point].motor_torque;
       result.row(row) = torque * along.mobility.col(static_cast<Eigen::Index>(point)).transpose();

@@ -6,6 +6,7 @@
 
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
+#include "numerics/parallel.hpp"
 
 namespace bayesctrl {
 
@@ -189,21 +190,21 @@ Eigen::MatrixXd LinearResponse::initial_state_projected_out(std::size_t window,
 
 Eigen::MatrixXd LinearResponse::responses(const std::vector<Eigen::MatrixXd>& acceleration) const {
   Eigen::MatrixXd result(rows_, acceleration.front().cols());
-  for (std::size_t w = 0; w < windows_.size(); ++w) {
+  in_parallel(windows_.size(), [&](std::size_t w) {
     const auto first = static_cast<Eigen::Index>(windows_[w].first) * joints_;
     result.middleRows(offset_[w], map_[w].rows()).noalias() =
         map_[w] * acceleration[windows_[w].recording].middleRows(first, map_[w].cols());
-  }
+  });
   return result;
 }
 
 Eigen::MatrixXd LinearResponse::measured(const std::vector<Eigen::MatrixXd>& positions) const {
   Eigen::MatrixXd result(rows_, positions.front().cols());
-  for (std::size_t w = 0; w < windows_.size(); ++w) {
+  in_parallel(windows_.size(), [&](std::size_t w) {
     const auto first = static_cast<Eigen::Index>(windows_[w].first) * joints_;
     result.middleRows(offset_[w], projection_[w].rows()).noalias() =
         projection_[w] * positions[windows_[w].recording].middleRows(first, projection_[w].cols());
-  }
+  });
   return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "diagnose/motion/spectrum.hpp"
 #include "diagnose/settings.hpp"
+#include "numerics/parallel.hpp"
 
 namespace bayesctrl {
 
@@ -122,7 +123,8 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
       Eigen::MatrixXd& a = accelerations.emplace_back(data[r].position.size(), size);
       Eigen::MatrixXd& p = positions.emplace_back();
       if (any_sensor) p.setZero(data[r].position.size(), size);
-      for (Eigen::Index i = 0; i < size; ++i) {
+      in_parallel(static_cast<std::size_t>(size), [&](std::size_t place) {
+        const auto i = static_cast<Eigen::Index>(place);
         const Effect& member = members[static_cast<std::size_t>(from + i)];
         if (is_sensor(i)) {
           p.col(i) = forcing.measured(member, r).transpose().reshaped();
@@ -131,7 +133,7 @@ Dictionary make_dictionary(const LinearResponse& response, const Forcing& forcin
           a.col(i) = forcing.acceleration(member, r).transpose().reshaped();
           squares[i] += a.col(i).squaredNorm();
         }
-      }
+      });
     }
     dictionary.columns.middleCols(from, size) = response.responses(accelerations);
     if (any_sensor) dictionary.columns.middleCols(from, size) += response.measured(positions);
