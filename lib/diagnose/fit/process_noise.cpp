@@ -7,6 +7,7 @@
 
 #include "diagnose/fit/linear_jacobian.hpp"
 #include "diagnose/settings.hpp"
+#include "numerics/parallel.hpp"
 
 namespace bayesctrl {
 
@@ -52,25 +53,54 @@ class AlongMotion {
 
   std::vector<Eigen::MatrixXd> accelerations() const { return shown(added_, unseen_); }
 
-  /// The same with another value of one unknown.
-  std::vector<Eigen::MatrixXd> accelerations(Unknown unknown, double value) const {
-    unknown.value = value;
-    Fit moved = fit_;
-    put(moved, unknown);
-    if (unknown.effect < 0) return AlongMotion(problem_, moved).accelerations();
-    const auto e = static_cast<std::size_t>(unknown.effect);
-    const EffectRoles& roles = fit_.effects[e].form.roles();
-    if (roles.sensor || roles.inertia || roles.spring || roles.on_input())
-      return AlongMotion(problem_, moved).accelerations();
-    std::vector<Eigen::MatrixXd> added = added_;
-    for (std::size_t r = 0; r < added.size(); ++r) {  // all others do what they did
-      added[r] +=
-          forcing().acceleration(moved.effects[e], r, unseen_) - forcing().acceleration(fit_.effects[e], r, unseen_);
+  /// By how much they change with one unknown, per unit.
+  std::vector<Eigen::MatrixXd> slope(const Unknown& unknown) const {
+    const double up = unknown.above(), down = unknown.below();
+    std::vector<Eigen::MatrixXd> result;
+    if (acts_beside(unknown)) {
+      const auto e = static_cast<std::size_t>(unknown.effect);
+      std::vector<Eigen::MatrixXd> others = added_;  // do what they did
+      for (std::size_t r = 0; r < others.size(); ++r) {
+        others[r] -= forcing().acceleration(fit_.effects[e], r, unseen_);
+      }
+      const auto at = [&](double value) {
+        const Fit there = moved(unknown, value);
+        std::vector<Eigen::MatrixXd> added = others;
+        for (std::size_t r = 0; r < added.size(); ++r) {
+          added[r] += forcing().acceleration(there.effects[e], r, unseen_);
+        }
+        return shown(std::move(added), unseen(there.effects));
+      };
+      result = at(up);
+      take_away(result, at(down));
+    } else {
+      const Fit above = moved(unknown, up), below = moved(unknown, down);
+      result = AlongMotion(problem_, above).accelerations();
+      take_away(result, AlongMotion(problem_, below).accelerations());
     }
-    return shown(std::move(added), unseen(moved.effects));
+    for (Eigen::MatrixXd& column : result) column /= up - down;
+    return result;
   }
 
  private:
+  /// Whether what the others add stays what it is.
+  bool acts_beside(const Unknown& unknown) const {
+    if (unknown.effect < 0) return false;
+    const EffectRoles& roles = fit_.effects[static_cast<std::size_t>(unknown.effect)].form.roles();
+    return !roles.sensor && !roles.inertia && !roles.spring && !roles.on_input();
+  }
+
+  Fit moved(Unknown unknown, double value) const {
+    unknown.value = value;
+    Fit there = fit_;
+    put(there, unknown);
+    return there;
+  }
+
+  static void take_away(std::vector<Eigen::MatrixXd>& from, const std::vector<Eigen::MatrixXd>& what) {
+    for (std::size_t r = 0; r < from.size(); ++r) from[r] -= what[r];
+  }
+
   const Forcing& forcing() const { return behind_ ? *behind_ : problem_.forcing; }
 
   std::vector<Eigen::MatrixXd> shown(std::vector<Eigen::MatrixXd> added, const std::vector<Effect>& effects) const {
@@ -117,12 +147,10 @@ Eigen::MatrixXd jacobian_along_motion(const FitProblem& problem, const Fit& fit)
   const AlongMotion here(problem, fit);
   std::vector<Eigen::MatrixXd> columns;
   for (const Measured& m : problem.data) columns.emplace_back(m.position.size(), count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];
-    const double up = unknown.above(), down = unknown.below();
-    const std::vector<Eigen::MatrixXd> high = here.accelerations(unknown, up), low = here.accelerations(unknown, down);
-    for (std::size_t r = 0; r < columns.size(); ++r) columns[r].col(i) = (high[r] - low[r]) / (up - down);
-  }
+  in_parallel(fit.unknowns.size(), [&](std::size_t i) {
+    const std::vector<Eigen::MatrixXd> slope = here.slope(fit.unknowns[i]);
+    for (std::size_t r = 0; r < columns.size(); ++r) columns[r].col(static_cast<Eigen::Index>(i)) = slope[r];
+  });
   return problem.response.responses(columns);
 }
 

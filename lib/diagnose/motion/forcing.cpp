@@ -52,12 +52,16 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
     std::vector<Along>& along = along_.emplace_back(static_cast<std::size_t>(joints_));
     for (Along& joint : along) {
       joint.states.reserve(m.samples() * parts_);
+      joint.direction.reserve(m.samples() * parts_);
       joint.mobility.resize(joints_, static_cast<Eigen::Index>((m.samples() - 1) * parts_));
     }
     const auto rests = steps_at_rest(m, path);
     rests_ = rests_ || rests.any();
+    Eigen::MatrixXd& nominal = nominal_.emplace_back(Eigen::MatrixXd::Zero(m.position.rows(), joints_));
+    std::vector<Eigen::Index>& resting = resting_.emplace_back();
     for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
       const auto row = static_cast<Eigen::Index>(k);
+      if (rests.row(row).any()) resting.push_back(row);
       const double h = m.time[k + 1] - m.time[k];
       const JointVector q0 = path.position.row(row), q1 = path.position.row(row + 1);
       const JointVector v0 = path.velocity.row(row), v1 = path.velocity.row(row + 1);
@@ -74,6 +78,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
         const Motion now = motion(plant_, p.q, p.v, p.u, p.time);
         p.mobility = now.mobility;
         p.nominal = now.acceleration;
+        nominal.row(row) += p.nominal.transpose() / static_cast<double>(parts_);
         p.external = external_torque(plant_, p.q);
         p.held = JointVector::Zero(joints_);
         for (int j = 0; j < joints_; ++j) {
@@ -89,6 +94,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
           Along& joint = along[static_cast<std::size_t>(j)];
           const double celsius = m.temperature ? m.temperature->at(j, p.time) : kReferenceTemperature;
           joint.mobility.col(static_cast<Eigen::Index>(list.size())) = p.mobility.col(j);
+          joint.direction.push_back(rests(row, j) ? 0.0 : soft_sign(p.v[j], p.sd_v[j]));
           joint.states.push_back(
               {p.q[j], p.v[j], p.time, motor[j], p.external[j], p.q[neighbour_of(j, joints_)], 0.0, celsius});
         }
@@ -146,8 +152,8 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
     add([&](std::size_t i) { return form.torque_at(seen(i)); });
   } else if (roles.dry_friction) {
     add([&](std::size_t i) {
-      const Point& p = points[i];
-      return p.rests[static_cast<std::size_t>(j)] ? 0.0 : -form.sliding(seen(i)) * soft_sign(p.v[j], p.sd_v[j]);
+      const double direction = along.direction[i];
+      return direction == 0.0 ? 0.0 : -form.sliding(seen(i)) * direction;
     });
   } else if (roles.inertia) {
     add([&](std::size_t i) { return -form.added_inertia() * points[i].qdd[j]; });
@@ -307,10 +313,7 @@ Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>
   for (const Effect& effect : effects) {
     if (effect.form.roles().inertia) inertia[effect.joint] += effect.form.added_inertia();
   }
-  const std::vector<Point>& points = points_[recording];
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    result.row(static_cast<Eigen::Index>(i / parts_)) += points[i].nominal.transpose() / static_cast<double>(parts_);
-  }
+  result += nominal_[recording];
   const auto friction = [&](std::size_t point, int j) {
     const JointState state = loaded(along_[recording][static_cast<std::size_t>(j)].states[point], j, effects);
     double level = 0.0;
@@ -319,9 +322,9 @@ Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>
     }
     return level;
   };
-  for (Eigen::Index k = 0; k + 1 < result.rows(); ++k) {
+  const auto settle = [&](Eigen::Index k) {
     const std::size_t point = static_cast<std::size_t>(k) * parts_ + parts_ / 2;
-    const Point& p = points[point];
+    const Point& p = points_[recording][point];
     JointMatrix mobility = p.mobility;
     JointVector a = result.row(k).transpose();
     if (!inertia.isZero(0.0)) {
@@ -336,6 +339,11 @@ Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>
       a += mobility.col(j) * std::clamp(-a[j] / mobility(j, j), -level, level);
     }
     result.row(k) = a.transpose();
+  };
+  if (inertia.isZero(0.0)) {
+    for (const Eigen::Index k : resting_[recording]) settle(k);
+  } else {
+    for (Eigen::Index k = 0; k + 1 < result.rows(); ++k) settle(k);
   }
   return result;
 }

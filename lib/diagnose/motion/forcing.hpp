@@ -70,10 +70,12 @@ class Forcing {
     std::array<bool, kMaxJoints> rests{};
     JointMatrix mobility;
   };
-  /// Of one joint, point by point: what effects look at, and what a torque adds to the accelerations.
+  /// Of one joint, point by point: what effects look at, which way it slides, and what a torque adds to the
+  /// accelerations.
   struct Along {
     std::vector<JointState> states;
-    Eigen::MatrixXd mobility;  // joints x points
+    std::vector<double> direction;  // -1 to 1, less sure the slower it is; 0 where it rests
+    Eigen::MatrixXd mobility;       // joints x points
   };
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;
 
@@ -81,9 +83,11 @@ class Forcing {
   const std::vector<Measured>& data_;
   const std::vector<Trajectory>& paths_;
   int joints_;
-  std::size_t parts_ = 1;                   // of a step
-  std::vector<std::vector<Point>> points_;  // per recording, parts_ per step
-  std::vector<std::vector<Along>> along_;   // per recording and joint
+  std::size_t parts_ = 1;                           // of a step
+  std::vector<std::vector<Point>> points_;          // per recording, parts_ per step
+  std::vector<std::vector<Along>> along_;           // per recording and joint
+  std::vector<Eigen::MatrixXd> nominal_;            // per recording: mean acceleration from sample to sample
+  std::vector<std::vector<Eigen::Index>> resting_;  // per recording: steps in which a joint rests
   double nominal_acceleration_ = 0.0;
   bool rests_ = false;
 };

@@ -160,7 +160,7 @@ Eigen::MatrixXd LinearResponse::process_noise_covariance(std::size_t window, Eig
 
 LinearResponse LinearResponse::with_process_noise(const Eigen::VectorXd& intensity) const {
   LinearResponse result = *this;
-  for (std::size_t w = 0; w < windows_.size(); ++w) {
+  in_parallel(windows_.size(), [&](std::size_t w) {
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(map_[w].rows(), map_[w].rows());
     for (Eigen::Index j = 0; j < joints_; ++j)
       covariance += intensity[j] * intensity[j] * process_noise_covariance(w, j);
@@ -170,7 +170,7 @@ LinearResponse LinearResponse::with_process_noise(const Eigen::VectorXd& intensi
     result.projection_[w] = root.whitened(projection_[w]);
     result.target_.segment(offset_[w], map_[w].rows()) =
         root.whitened(target_.segment(offset_[w], map_[w].rows())).col(0);
-  }
+  });
   return result;
 }
 
