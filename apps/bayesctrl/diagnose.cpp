@@ -181,6 +181,7 @@ std::vector<Asked> read_all(const DiagnoseCommand& command) {
     }
     list.push_back({path, std::move(spec), std::move(folder)});
   }
+  for (const Asked& one : list) require_writable(one.folder / "diagnosis.json");
   return list;
 }
 

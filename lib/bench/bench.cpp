@@ -156,6 +156,7 @@ Agreement agreement(const std::vector<PublishedEffect>& published, const Diagnos
 }
 
 Table run_bench(const Bench& bench, const fs::path& folder, const BenchOptions& options) {
+  require_writable(folder / "bench.csv");
   std::vector<Row> rows(bench.machines.size());
   std::mutex counting;
   std::size_t done = 0;

@@ -78,7 +78,7 @@ Agreement agreement(const std::vector<PublishedEffect>& published, const Diagnos
 
 /// How a bench is run.
 struct BenchOptions {
-  int jobs = 1;  // machines at a time, 0: one per core
+  int jobs = 1;  // threads, 0: one per core
   std::function<void(std::size_t done, std::size_t total)> progress = [](std::size_t, std::size_t) {};
 };
 

@@ -192,6 +192,17 @@ void FileBatch::commit() {
   pending_.clear();
 }
 
+void require_writable(const fs::path& path) {
+  std::vector<fs::path> made;  // the innermost first
+  std::error_code error;
+  for (fs::path folder = path.parent_path(); !folder.empty() && !fs::exists(folder, error);
+       folder = folder.parent_path()) {
+    made.push_back(folder);
+  }
+  FileBatch().add(path, "");
+  for (const fs::path& folder : made) fs::remove(folder, error);
+}
+
 void write_file(const fs::path& path, std::string_view content) {
   FileBatch batch;
   batch.add(path, content);

@@ -40,6 +40,9 @@ class FileBatch {
 /// A batch of one. Throws IoError.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
+/// Throws IoError where a file cannot be written, which long work ends with. Leaves nothing there.
+void require_writable(const std::filesystem::path& path);
+
 /// A file that is read piece by piece. Throws IoError: it cannot be read, is a folder or a device, or a pipe into which
 /// nothing is written.
 class FileReader {

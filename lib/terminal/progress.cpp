@@ -42,7 +42,10 @@ void Progress::operator()(std::size_t done, std::size_t total, std::string_view 
   last_ = time;
   const double elapsed = std::chrono::duration<double>(time - begin_).count();
   const bool part = what_ == "%";
-  std::string rest = duration_text(elapsed * static_cast<double>(total - done) / static_cast<double>(done)) + " left";
+  const bool early = part && 10 * done < total;  // parts of one work are no measure of its pace before that
+  std::string rest =
+      early ? duration_text(elapsed) + " so far"
+            : duration_text(elapsed * static_cast<double>(total - done) / static_cast<double>(done)) + " left";
   if (!now.empty()) rest += ", " + std::string(now);
   const std::string whole = part ? "%" : std::to_string(total) + " " + what_;
   const std::size_t reached = part ? 100 * done / total : done;

@@ -11,7 +11,7 @@ namespace bayesctrl {
 std::string duration_text(double seconds);
 
 /// Progress on standard error: a bar that redraws itself, a line now and then, or nothing; both say how long the rest
-/// will take, at the pace so far.
+/// will take, at the pace so far, or how long it has taken where too little of one work is done to tell.
 class Progress {
  public:
   enum class Mode { none, bar, text };

@@ -104,6 +104,10 @@ TEST_CASE("Several diagnoses are read before any is made, and none takes the pla
   check_refused(bayesctrl_with({"diagnose", file("a.yaml"), file("broken.yaml"), "--out", out}), 3, "horizon_s");
   check_refused(bayesctrl_with({"diagnose", file("a.yaml"), file("lost.yaml"), "--out", out}), 3, "nowhere.csv");
   CHECK_FALSE(fs::exists(out));
+  write_file(file("c.yaml"), diagnosis_text("third", "run.csv"));
+  write_file(file("out/third"), "in the way");
+  check_refused(bayesctrl_with({"diagnose", file("a.yaml"), file("c.yaml"), "--out", out}), 6, "third");
+  CHECK_FALSE(fs::exists(file("out/slide")));
 }
 
 TEST_CASE("A quadrature of more steps than a run may have is refused", "[apps][attack]") {
@@ -249,6 +253,8 @@ TEST_CASE("A recording that is none is told what it is", "[apps][attack]") {
   CHECK(diagnosed(carriage).status == 0);
   check_refused(diagnosed(good.substr(0, 900) + std::string(50, '\0')), 3, "holds a byte 0");
   check_refused(diagnosed(still), 3, "only 3 of 300 rows have a time of their own");
+  check_refused(diagnosed("t,q,u\n1,0,0\n1,1,1\n1,2,0\n1,3,1\n"), 3, "only 1 of 4 rows have a time of their own");
+  check_refused(diagnosed("t,q,u\n1,0,0\n"), 3, "only 1 samples: too short");
   CHECK_THAT(diagnosed(slow).out, Contains("milliseconds"));
   write_file(spec, diagnosis_text("slide", "''"));
   check_refused(bayesctrl_with({"diagnose", spec}), 3, "file is empty");

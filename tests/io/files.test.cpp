@@ -75,6 +75,19 @@ TEST_CASE("a failure says where and why", "[io]") {
   CHECK(names_in(folder.path()) == std::set<std::string>{"file"});
 }
 
+TEST_CASE("what cannot be written is known beforehand, and finding out leaves nothing", "[io]") {
+  const Folder folder;
+  write_file(folder.path() / "file", "x");
+  const auto error = [](const fs::path& path) { return error_of<IoError>([&] { require_writable(path); }); };
+  CHECK_THAT(error(folder.path() / "file" / "inside" / "x.csv"), Catch::EndsWith(": Not a directory"));
+  CHECK_THAT(error(folder.path()), Catch::EndsWith(": is there already and is not a regular file"));
+  CHECK_THAT(error(folder.path() / std::string(300, 'x') / "y"), Catch::EndsWith(": File name too long"));
+  require_writable(folder.path() / "file");
+  require_writable(folder.path() / "new" / "deep" / "x.csv");
+  CHECK(names_in(folder.path()) == std::set<std::string>{"file"});
+  CHECK(read_file(folder.path() / "file", 10) == "x");
+}
+
 TEST_CASE("a batch appears together or not at all", "[io]") {
   const Folder folder;
   const fs::path old = folder.path() / "old.txt";

@@ -283,12 +283,15 @@ Measured thinned(const Plant& nominal, const Measured& m, std::size_t r, std::si
                  const Eigen::VectorXd& noise) {
   std::optional<Thinned> second;
   for (std::size_t factor = most; factor > 1; factor /= 2) {
+    std::optional<Thinned> lax;  // that moves least by this factor
     for (const Keep keep : {Keep::mean, Keep::moment}) {
       std::optional<Thinned> found = thinned_by(nominal, m, r, factor, keep, noise);
       if (!found) continue;
       if (found->moved < kSettings.motion.thinning) return std::move(found->data);
-      if (!second && found->moved < kSettings.motion.thinning_share * found->lacks) second = std::move(found);
+      const bool suffices = found->moved < kSettings.motion.thinning_share * found->lacks;
+      if (suffices && (!lax || found->moved < lax->moved)) lax = std::move(found);
     }
+    if (!second) second = std::move(lax);
   }
   return second ? std::move(second->data) : m;
 }

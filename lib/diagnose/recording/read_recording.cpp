@@ -184,7 +184,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     kept.push_back(i);
   }
   if (const auto chosen = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), true));
-      2 * kept.size() < chosen && chosen >= std::size_t{kSettings.recording.fewest_samples}) {
+      2 * kept.size() < chosen) {
     throw DataError({path}, "only " + std::to_string(kept.size()) + " of " + std::to_string(chosen) +
                                 " rows have a time of their own: the column stands still, or is too coarse");
   }

@@ -72,6 +72,6 @@ TEST_CASE("Where several segments diverge, the same is said for any number of th
     return error_of<NumericalError>([&] { on_threads(threads, [&] { begin(about.problem, {}, {}); }); });
   };
   const std::string alone = on(1);
-  CHECK(alone != "");
+  CHECK(alone != "nothing thrown");
   for (const int threads : {2, 5}) CHECK(on(threads) == alone);
 }
