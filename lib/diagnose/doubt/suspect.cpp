@@ -187,7 +187,7 @@ std::optional<Suspicion> no_answer(const Subject& subject, const Scene& scene, d
                                    const Look& look) {
   Scene undriven = scene;
   for (Measured& m : undriven.data) m.input.setZero();
-  const std::optional<Looked> seen = look(undriven, "input_column", true);
+  const std::optional<Looked> seen = look(undriven, "input_column", true, {});
   if (!seen) return std::nullopt;
   const double odds = best_of(given.explanation).nats - best_of(seen->explanation).nats;
   if (odds < -kSettings.doubt.certain) return std::nullopt;  // it does explain something
@@ -253,18 +253,23 @@ class Weighing {
     Suspicion suspicion;
     double nats;
     bool decisive;
+    std::vector<Effect> effects;  // beside it
+    bool leaves_nothing;          // beside the noise, with them
   };
 
-  /// What a search without the mistake says of it; nothing where physics is as probable.
-  std::optional<Found> operator()(const Impression& impression) const {
+  /// What a search without the mistake says of it; nothing where physics is as probable. `known`: sets of which one is
+  /// beside another mistake that leaves nothing, if there is one: another parameter has to do as well with one of them.
+  std::optional<Found> operator()(const Impression& impression, const std::vector<std::vector<Effect>>& known) const {
     const Doubt& doubt = *impression.doubt;
     if (doubt.resizes_input && first_.unanswered) return std::nullopt;
     Scene mended = scene_;
     doubt.mend(mended, impression.value);
-    const std::optional<Looked> seen = look_(mended, doubt.premise(impression.value), may_decide(impression));
+    const bool physical = !doubt.parameter.empty();
+    const std::optional<Looked> seen = look_(mended, doubt.premise(impression.value), may_decide(impression),
+                                             physical ? known : std::vector<std::vector<Effect>>{});
     if (!seen) return std::nullopt;
     const Worth now = best_of(seen->explanation);
-    const bool physical = !doubt.parameter.empty();
+    const bool leaves_nothing = seen->explanation.p_value(*now.fit) > kSettings.verdict.significant;
     const double prior = physical ? 0.0 : kSettings.doubt.prior;
     const bool number = doubt.continuous && !physical;  // a parameter is among those of the fit
     const double against = prior + (number ? kSettings.doubt.per_number : 0.0);
@@ -290,11 +295,12 @@ class Weighing {
     const bool imitated = better > 0.8 && (nonsense_ || mends_gross(impression));
     const bool far = given_ ? better > kSettings.doubt.far_better || imitated
                             : clear(impression) && (doubt.other_noise || now.left < kSettings.doubt.adequate);
-    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit.
+    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit: where
+    // physics leaves far more, it has to leave nothing.
     const bool resized = std::abs(std::log(std::abs(value))) > std::log(kSettings.doubt.other_unit);
-    const bool mistake = !physical || (!given_ && (resized || !std::isfinite(nominal_)));
+    const bool mistake = !physical || (given_ ? leaves_nothing : resized || !std::isfinite(nominal_));
     const bool certain = odds > kSettings.doubt.certain && mistake && !implausible(*now.fit, mended.data);
-    return Found{std::move(suspicion), now.nats + against, far && certain};
+    return Found{std::move(suspicion), now.nats + against, far && certain, now.fit->effects, leaves_nothing};
   }
 
  private:
@@ -325,17 +331,21 @@ Suspected suspect(const Subject& subject, const Scene& scene, const FirstLook& f
   std::ranges::stable_partition(list, [&](const Impression& impression) { return weighing.clear(impression); });
   for (const Impression& impression : list) {
     if (only_decisive && !weighing.clear(impression) && !decided()) break;
-    if (std::optional<Weighing::Found> one = weighing(impression)) found.push_back(std::move(*one));
+    std::vector<std::vector<Effect>> known;
+    for (const Weighing::Found& other : found) {
+      if (other.leaves_nothing) known.push_back(other.effects);
+    }
+    if (std::optional<Weighing::Found> one = weighing(impression, known)) found.push_back(std::move(*one));
   }
   const bool off = given && switches_input_off(given->explanation.best().fit, scene.data);
   if (!decided() && (off || (weighing.poor() && first.unanswered))) {
     if (std::optional<Suspicion> none = no_answer(subject, scene, nominal, *given, look)) {
-      found.push_back({std::move(*none), -kInfinity, true});
+      found.push_back({std::move(*none), -kInfinity, true, {}, false});
     }
   }
   if (given && !decided()) {
     if (std::optional<Suspicion> one = undone(subject, scene, nominal, *given)) {
-      found.push_back({std::move(*one), weighing.before().nats, true});
+      found.push_back({std::move(*one), weighing.before().nats, true, {}, false});
     }
   }
   std::ranges::stable_sort(

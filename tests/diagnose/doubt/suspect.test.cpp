@@ -182,6 +182,63 @@ TEST_CASE("A parameter of another value is suspected beside the physics that imi
   CHECK_THAT(d.suspicions.front().sentence, Catch::Contains("mass = 0.7 instead of 1.3"));
 }
 
+namespace {
+
+/// Two rods of 1 kg and 1 m that are let go at rest, 100 Hz, noise 5e-4; the second rubs, and is of `inertia` about its
+/// joint. Columns t, q1, q2, u1, u2.
+std::string let_go(double inertia, double q1, double q2, std::uint64_t seed) {
+  constexpr double kGravity = 9.81, kDrag = 0.05, kDry = 0.1;
+  RandomStream random(seed);
+  std::ostringstream csv;
+  csv.precision(9);
+  csv << "t,q1,q2,u1,u2\n";
+  std::array<double, 4> x{q1, q2, 0.0, 0.0};
+  for (int k = 0; k < 800; ++k) {
+    const double seen1 = x[0] + 5e-4 * draw_normal(random), seen2 = x[1] + 5e-4 * draw_normal(random);
+    csv << 0.01 * k << "," << seen1 << "," << seen2 << ",0,0\n";
+    for (int i = 0; i < 10; ++i) {
+      x = testing::runge_kutta_step(x, 1e-3, [&](const std::array<double, 4>& y, double) {
+        const auto [a, b, v, w] = y;
+        const double c = 0.5 * std::cos(b), s = 0.5 * std::sin(b);
+        const double m11 = 1.0 / 3.0 + inertia + 1.0 + 2.0 * c, m12 = inertia + c, m22 = inertia;
+        const double hang = 0.5 * kGravity * std::sin(a + b);
+        const double f1 = s * w * (2.0 * v + w) - 1.5 * kGravity * std::sin(a) - hang - kDrag * v;
+        const double f2 = -s * v * v - hang - kDrag * w - kDry * std::tanh(w / 1e-3);
+        const double det = m11 * m22 - m12 * m12;
+        return std::array<double, 4>{v, w, (m22 * f1 - m12 * f2) / det, (m11 * f2 - m12 * f1) / det};
+      });
+    }
+  }
+  return csv.str();
+}
+
+/// With the model's inertia of 1/3.
+Diagnosis let_go_diagnosed(double inertia) {
+  const io_examples::Folder folder;
+  write_file(folder.path() / "a.csv", let_go(inertia, 1.3, -0.5, 1));
+  write_file(folder.path() / "b.csv", let_go(inertia, 1.6, 0.2, 2));
+  write_file(folder.path() / "spec.yaml",
+             "name: arm\nmodel: {plant: two_link_arm, parameters: {friction1: 0.05, friction2: 0.05}}\n"
+             "signals: {time: t, position: [q1, q2], input: [u1, u2]}\nrecordings: [a.csv, b.csv]\n");
+  return diagnose(read_diagnosis_spec(folder.path() / "spec.yaml")).diagnosis;
+}
+
+}  // namespace
+
+TEST_CASE("A parameter with which nothing is left, where physics leaves much, is stated; else physics is",
+          "[doubt][slow]") {
+  const Diagnosis wrong = let_go_diagnosed(7.0 / 12.0);
+  CHECK(wrong.verdict == Verdict::check_spec);
+  REQUIRE_FALSE(wrong.suspicions.empty());
+  CHECK(wrong.suspicions.front().what == "parameter");
+  CHECK_THAT(wrong.suspicions.front().sentence, Catch::Contains("inertia2 = 0.583"));
+  CHECK(wrong.suspicions.front().effects == std::vector<std::string>{"coulomb_friction@2"});
+  const Diagnosis right = let_go_diagnosed(1.0 / 3.0);
+  CHECK(right.verdict == Verdict::named);
+  REQUIRE(right.explanation.effects.size() == 1);
+  CHECK(right.explanation.effects[0].name == "coulomb_friction");
+}
+
 TEST_CASE("Motion that has nothing to do with the input is no physics", "[doubt][slow]") {
   const bool pendulum = GENERATE(true, false);
   const double speed = GENERATE(0.8, 2.5);
