@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "diagnose/fit/fit.hpp"
 #include "numerics/parallel.hpp"
@@ -48,8 +49,10 @@ void each_window(const std::vector<Runs>& runs, std::size_t count, const auto& w
     for (std::size_t w = b * count / blocks; w < (b + 1) * count / blocks; ++w) work(own, w);
   });
 }
-void each_window(const Runs& runs, std::size_t count, const auto& work) {
-  each_window(std::vector{runs}, count, [&](const std::vector<Runs>& own, std::size_t w) { work(own.front(), w); });
+void each_window(Runs runs, std::size_t count, const auto& work) {
+  std::vector<Runs> one;
+  one.push_back(std::move(runs));
+  each_window(one, count, [&](const std::vector<Runs>& own, std::size_t w) { work(own.front(), w); });
 }
 
 /// Puts the residual of one window into that of the fit.
