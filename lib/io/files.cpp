@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <climits>
 #include <csignal>
 #include <cstdint>
 #include <mutex>
@@ -193,14 +194,18 @@ void FileBatch::commit() {
 }
 
 void require_writable(const fs::path& path) {
-  std::vector<fs::path> made;  // the innermost first
-  std::error_code error;
-  for (fs::path folder = path.parent_path(); !folder.empty() && !fs::exists(folder, error);
-       folder = folder.parent_path()) {
-    made.push_back(folder);
+  for (const fs::path& part : path) {
+    if (part.native().size() > NAME_MAX) fail(path, ENAMETOOLONG);
   }
-  FileBatch().add(path, "");
-  for (const fs::path& folder : made) fs::remove(folder, error);
+  struct stat existing {};
+  if (::stat(path.c_str(), &existing) == 0) {
+    if (!S_ISREG(existing.st_mode)) throw IoError(path.string() + ": is there already and is not a regular file");
+  } else if (errno != ENOENT) {
+    fail(path, errno);
+  }
+  fs::path folder = path.parent_path();  // the nearest that is there
+  while (!folder.empty() && ::stat(folder.c_str(), &existing) != 0 && errno == ENOENT) folder = folder.parent_path();
+  if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0) fail(path, errno);
 }
 
 void write_file(const fs::path& path, std::string_view content) {

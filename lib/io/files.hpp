@@ -40,7 +40,8 @@ class FileBatch {
 /// A batch of one. Throws IoError.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
-/// Throws IoError where a file cannot be written, which long work ends with. Leaves nothing there.
+/// Throws IoError where a file, which long work ends with, could not be written now: its name, what is there in its
+/// place, or the rights of the nearest folder that exists. Makes nothing.
 void require_writable(const std::filesystem::path& path);
 
 /// A file that is read piece by piece. Throws IoError: it cannot be read, is a folder or a device, or a pipe into which

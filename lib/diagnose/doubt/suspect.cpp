@@ -1,6 +1,7 @@
 #include "diagnose/doubt/suspect.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -187,7 +188,7 @@ std::optional<Suspicion> no_answer(const Subject& subject, const Scene& scene, d
                                    const Look& look) {
   Scene undriven = scene;
   for (Measured& m : undriven.data) m.input.setZero();
-  const std::optional<Looked> seen = look(undriven, "input_column", true, {});
+  const std::optional<Looked> seen = look(undriven, "input_column", true);
   if (!seen) return std::nullopt;
   const double odds = best_of(given.explanation).nats - best_of(seen->explanation).nats;
   if (odds < -kSettings.doubt.certain) return std::nullopt;  // it does explain something
@@ -229,6 +230,11 @@ class Weighing {
     if (!given) return;
     before_ = best_of(given->explanation);
     nonsense_ = implausible(given->explanation.best().fit, scene.data);
+    const std::vector<std::size_t>& allowed = subject.spec.effects;
+    unrestricted_ =
+        std::ranges::all_of(std::array{EffectForm(InputGain{}).index(), EffectForm(AddedInertia{}).index(),
+                                       EffectForm(SensorScale{}).index()},
+                            [&](std::size_t kind) { return std::ranges::find(allowed, kind) != allowed.end(); });
   }
 
   const Worth& before() const { return before_; }
@@ -253,23 +259,18 @@ class Weighing {
     Suspicion suspicion;
     double nats;
     bool decisive;
-    std::vector<Effect> effects;  // beside it
-    bool leaves_nothing;          // beside the noise, with them
   };
 
-  /// What a search without the mistake says of it; nothing where physics is as probable. `known`: sets of which one is
-  /// beside another mistake that leaves nothing, if there is one: another parameter has to do as well with one of them.
-  std::optional<Found> operator()(const Impression& impression, const std::vector<std::vector<Effect>>& known) const {
+  /// What a search without the mistake says of it; nothing where physics is as probable.
+  std::optional<Found> operator()(const Impression& impression) const {
     const Doubt& doubt = *impression.doubt;
     if (doubt.resizes_input && first_.unanswered) return std::nullopt;
     Scene mended = scene_;
     doubt.mend(mended, impression.value);
-    const bool physical = !doubt.parameter.empty();
-    const std::optional<Looked> seen = look_(mended, doubt.premise(impression.value), may_decide(impression),
-                                             physical ? known : std::vector<std::vector<Effect>>{});
+    const std::optional<Looked> seen = look_(mended, doubt.premise(impression.value), may_decide(impression));
     if (!seen) return std::nullopt;
     const Worth now = best_of(seen->explanation);
-    const bool leaves_nothing = seen->explanation.p_value(*now.fit) > kSettings.verdict.significant;
+    const bool physical = !doubt.parameter.empty();
     const double prior = physical ? 0.0 : kSettings.doubt.prior;
     const bool number = doubt.continuous && !physical;  // a parameter is among those of the fit
     const double against = prior + (number ? kSettings.doubt.per_number : 0.0);
@@ -293,14 +294,15 @@ class Weighing {
     const double better = by_noise ? before_.left / now.left : lower;
     // Physics that imitates a mistake as well as that needs a number for each of its accidents.
     const bool imitated = better > 0.8 && (nonsense_ || mends_gross(impression));
-    const bool far = given_ ? better > kSettings.doubt.far_better || imitated
+    const bool far = given_ ? better > kSettings.doubt.far_better || (imitated && !physical)
                             : clear(impression) && (doubt.other_noise || now.left < kSettings.doubt.adequate);
-    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit: where
-    // physics leaves far more, it has to leave nothing.
+    // While physics can say the same, a parameter of another value is no mistake, unless it is in another unit. Where
+    // physics has been asked for what resizes a motion, and leaves far more, it has to leave nothing beside the noise.
+    const bool settles = unrestricted_ && seen->explanation.p_value(*now.fit) > kSettings.search.relinearise;
     const bool resized = std::abs(std::log(std::abs(value))) > std::log(kSettings.doubt.other_unit);
-    const bool mistake = !physical || (given_ ? leaves_nothing : resized || !std::isfinite(nominal_));
+    const bool mistake = !physical || (given_ ? settles : resized || !std::isfinite(nominal_));
     const bool certain = odds > kSettings.doubt.certain && mistake && !implausible(*now.fit, mended.data);
-    return Found{std::move(suspicion), now.nats + against, far && certain, now.fit->effects, leaves_nothing};
+    return Found{std::move(suspicion), now.nats + against, far && certain};
   }
 
  private:
@@ -312,6 +314,7 @@ class Weighing {
   const Look& look_;
   Worth before_;
   bool nonsense_ = false;
+  bool unrestricted_ = false;  // the user's catalogue holds what a parameter of another value may be told as
 };
 
 }  // namespace
@@ -331,21 +334,17 @@ Suspected suspect(const Subject& subject, const Scene& scene, const FirstLook& f
   std::ranges::stable_partition(list, [&](const Impression& impression) { return weighing.clear(impression); });
   for (const Impression& impression : list) {
     if (only_decisive && !weighing.clear(impression) && !decided()) break;
-    std::vector<std::vector<Effect>> known;
-    for (const Weighing::Found& other : found) {
-      if (other.leaves_nothing) known.push_back(other.effects);
-    }
-    if (std::optional<Weighing::Found> one = weighing(impression, known)) found.push_back(std::move(*one));
+    if (std::optional<Weighing::Found> one = weighing(impression)) found.push_back(std::move(*one));
   }
   const bool off = given && switches_input_off(given->explanation.best().fit, scene.data);
   if (!decided() && (off || (weighing.poor() && first.unanswered))) {
     if (std::optional<Suspicion> none = no_answer(subject, scene, nominal, *given, look)) {
-      found.push_back({std::move(*none), -kInfinity, true, {}, false});
+      found.push_back({std::move(*none), -kInfinity, true});
     }
   }
   if (given && !decided()) {
     if (std::optional<Suspicion> one = undone(subject, scene, nominal, *given)) {
-      found.push_back({std::move(*one), weighing.before().nats, true, {}, false});
+      found.push_back({std::move(*one), weighing.before().nats, true});
     }
   }
   std::ranges::stable_sort(

@@ -44,10 +44,8 @@ struct Looked {
 };
 
 /// A search of a scene, which is called something; nothing where the nominal cannot be simulated. `decides`: more may
-/// follow from it than a suspicion that is listed. `known`: sets that it begins with, and ends with where they leave
-/// much; none: a whole one.
-using Look = std::function<std::optional<Looked>(const Scene&, const std::string& name, bool decides,
-                                                 const std::vector<std::vector<Effect>>& known)>;
+/// follow from it than a suspicion that is listed.
+using Look = std::function<std::optional<Looked>(const Scene&, const std::string& name, bool decides)>;
 
 struct Suspected {
   std::vector<Suspicion> suspicions;  // most probable first

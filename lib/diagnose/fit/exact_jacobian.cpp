@@ -10,7 +10,9 @@ namespace bayesctrl {
 ExactJacobian::ExactJacobian(const FitProblem& problem, const Fit& fit, const Eigen::MatrixXd& linear)
     : jacobian_(linear) {
   const Eigen::VectorXd values = values_of(fit);
-  std::vector<Runs> runs{Runs(problem, fit)};  // here, and beside it by each unknown
+  std::vector<Runs> runs;  // here, and beside it by each unknown
+  runs.reserve(fit.unknowns.size() + 1);
+  runs.emplace_back(problem, fit);
   std::vector<double> steps;
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     const Unknown& unknown = fit.unknowns[static_cast<std::size_t>(i)];

@@ -43,7 +43,7 @@ void each_window(const std::vector<Runs>& runs, std::size_t count, const auto& w
   if (thread_count() == 1 || std::ranges::all_of(runs, &Runs::may_be_shared)) {
     return in_parallel(count, [&](std::size_t w) { work(runs, w); });
   }
-  const std::size_t blocks = std::min(count, 4 * static_cast<std::size_t>(thread_count()));
+  const std::size_t blocks = std::min(count, static_cast<std::size_t>(thread_count()));
   in_parallel(blocks, [&](std::size_t b) {
     const std::vector<Runs> own = runs;
     for (std::size_t w = b * count / blocks; w < (b + 1) * count / blocks; ++w) work(own, w);

@@ -8,8 +8,8 @@ namespace bayesctrl {
 double noise_sse(Eigen::Index rows);
 
 /// Simulates all segments, moves their initial states to where they fit best by the linear response, simulates again;
-/// `rounds` times, each segment for as long as that leaves less. Throws NumericalError, also as soon as the segments
-/// leave more than `most`.
+/// `rounds` times, each segment for as long as that leaves less. Throws NumericalError, also if the segments leave
+/// more than `most`; then it does not simulate all.
 void simulate(const FitProblem& problem, Fit& fit, int rounds, double most = kInfinity);
 
 /// Segments in which the linear response misjudges the initial state (a joint sticks, the motion is unstable, or more

@@ -52,7 +52,7 @@ std::optional<Looked> look(const DiagnosisSpec& spec, const Scene& scene, const 
     const Fit& best = explanation.best().fit;
     const double error =
         free_runs({best.plant, best.effects, {}}, data, paths, spec.horizon, false, explanation.max_step).rms;
-    explanation.linearisation.reset();  // hundreds of megabytes of a long recording that nobody asks for again
+    explanation.linearisation.reset();  // a hundred megabytes of a long recording that nobody asks for again
     explanation.measured.reset();
     return Looked{std::move(explanation), error, motion_rms(data)};
   } catch (const NumericalError&) {
@@ -91,12 +91,11 @@ bool Doubts::decide(double nominal, const std::optional<Looked>& given, Diagnosi
   if (!first_) first_ = std::make_unique<const FirstLook>(first_look(subject_, scene_));
   const std::vector<std::size_t> allowed = beside_mistake(spec_, given, scene_.data);
   const bool fewer = allowed.size() < spec_.effects.size();
-  const auto seen = [&](const Scene& scene, const std::string& name, bool decides,
-                        const std::vector<std::vector<Effect>>& known_sets) -> const std::optional<Looked>& {
+  const auto seen = [&](const Scene& scene, const std::string& name, bool decides) -> const std::optional<Looked>& {
     if (const auto known = seen_.find(name); known != seen_.end()) return known->second;
     // Of the kinds that physics names all of them leave least: where they leave much, no part of them is worth a
     // search.
-    std::vector<std::vector<Effect>> all = known_sets;
+    std::vector<std::vector<Effect>> all;
     if (fewer && !decides) all.push_back(given->explanation.best().fit.effects);
     return seen_.emplace(name, look(spec_, scene, allowed, all)).first->second;
   };

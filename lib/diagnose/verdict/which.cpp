@@ -38,13 +38,17 @@ std::size_t most_worthwhile(const Explanation& explanation, const std::function<
 Fit rank_with_process_noise(Explanation& explanation, const FitProblem& measured, const ExplainOptions& options,
                             std::size_t numbers) {
   const LikelyIntensity likely(measured.response);
-  std::map<std::string, BesideNoise> settled;
+  struct Settled {
+    Fit fit;
+    Eigen::VectorXd log_likelihood;  // of each row
+  };
+  std::map<std::string, Settled> settled;
   const auto settle = [&](Candidate& candidate) {
     candidate.fit.log_evidence = -kInfinity;
     if (candidate.fit.unknowns.size() > numbers + std::size_t{kSettings.verdict.many_more}) return;
-    BesideNoise one = beside_likely_noise(measured, likely, candidate.fit);
+    const BesideNoise one = beside_likely_noise(measured, likely, candidate.fit);
     candidate.fit.log_evidence = one.fit.log_evidence;
-    settled.emplace(key(one.fit.effects), std::move(one));
+    settled.emplace(key(one.fit.effects), Settled{one.fit, one.log_likelihood()});
   };
   std::vector<Candidate>& candidates = explanation.candidates;
   for (Candidate& candidate : candidates) settle(candidate);
@@ -64,7 +68,7 @@ Fit rank_with_process_noise(Explanation& explanation, const FitProblem& measured
   }
   std::iter_swap(candidates.begin(), most_probable());
   const double highest = explanation.best().fit.log_evidence;
-  const BesideNoise& best = settled.at(key(explanation.best().fit.effects));
+  const Settled& best = settled.at(key(explanation.best().fit.effects));
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     Fit& fit = candidates[i].fit;
     const auto its = settled.find(key(fit.effects));
@@ -77,7 +81,7 @@ Fit rank_with_process_noise(Explanation& explanation, const FitProblem& measured
     }
     if (fit.log_evidence > highest) continue;
     fit.log_evidence =
-        highest - vuong_bounded(highest - fit.log_evidence, best.log_likelihood() - its->second.log_likelihood());
+        highest - vuong_bounded(highest - fit.log_evidence, best.log_likelihood - its->second.log_likelihood);
   }
   std::sort(candidates.begin() + 1, candidates.end(), more_probable);
   double sum = 0.0;

@@ -5,7 +5,8 @@
 
 #include "base/error.hpp"
 #include "diagnose/fit/linear_jacobian.hpp"
-#include "diagnose/fit/shooting.hpp"
+#include "diagnose/fit/process_noise.hpp"
+#include "diagnose/search/dictionary.hpp"
 #include "io/examples.hpp"
 #include "numerics/parallel.hpp"
 #include "physics/catalogue.hpp"
@@ -60,6 +61,40 @@ TEST_CASE("A fit does not depend on the number of threads", "[diagnose][fit]") {
       CHECK(other.log_evidence == alone.log_evidence);
       CHECK(other.initial_states == alone.initial_states);
       CHECK(linear_jacobian(about.problem, other) == linear_jacobian(about.problem, alone));
+    }
+  }
+}
+
+TEST_CASE("What is seen along the motion does not depend on the number of threads", "[diagnose][fit]") {
+  for (const Machinery& one : machineries()) {
+    const Machine truth(one.nominal, one.hidden);
+    const Linearised about(one.nominal, {recorded(truth, {.noise = 1e-3}), recorded(truth, {.phase = 1.7})}, 1e-3);
+    std::vector<Effect> effects = one.hidden;
+    effects.push_back({GravityTilt{0.1}, 0});
+    effects.push_back({SensorScale{1.02}, 0});  // behind which the motion is another
+    struct Seen {
+      Eigen::MatrixXd dictionary, jacobian, whitened;
+    };
+    const auto on = [&](int threads) {
+      Seen seen;
+      on_threads(threads, [&] {
+        const Fit fit = begin_along_motion(about.problem, effects);
+        seen.dictionary = make_dictionary(about.response, about.forcing, usual_effects()).columns;
+        seen.jacobian = jacobian_along_motion(about.problem, fit);
+        const Eigen::VectorXd intensity = Eigen::VectorXd::Constant(joints(one.nominal), 0.1);
+        const LinearResponse white = about.response.with_process_noise(intensity);
+        seen.whitened = jacobian_along_motion(beside(about.problem, white), fit);
+      });
+      return seen;
+    };
+    const Seen alone = on(1);
+    CHECK(alone.jacobian.allFinite());
+    CHECK(alone.dictionary.cols() > 50);
+    for (const int threads : {2, 5}) {
+      const Seen other = on(threads);
+      CHECK(other.dictionary == alone.dictionary);
+      CHECK(other.jacobian == alone.jacobian);
+      CHECK(other.whitened == alone.whitened);
     }
   }
 }
