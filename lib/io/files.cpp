@@ -127,6 +127,14 @@ int sync_file(const fs::path& path) {
   return error;
 }
 
+/// Whether something stands at a path; throws IoError where that is not a regular file.
+bool stands_as_file(const fs::path& path) {
+  struct stat existing {};
+  if (::stat(path.c_str(), &existing) != 0) return false;
+  if (!S_ISREG(existing.st_mode)) throw IoError(path.string() + ": is there already and is not a regular file");
+  return true;
+}
+
 void make_parents(const fs::path& path) {
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
@@ -162,10 +170,7 @@ void FileBatch::discard() noexcept {
 }
 
 void FileBatch::add(const fs::path& path, std::string_view content) {
-  struct stat existing {};
-  if (::stat(path.c_str(), &existing) == 0 && !S_ISREG(existing.st_mode)) {
-    throw IoError(path.string() + ": is there already and is not a regular file");
-  }
+  stands_as_file(path);
   make_parents(path);
   Pending& file = pending_.emplace_back(Pending{.temporary = {}, .target = path});
   const int descriptor = create_temporary(path.parent_path(), file.temporary);
@@ -197,12 +202,8 @@ void require_writable(const fs::path& path) {
   for (const fs::path& part : path) {
     if (part.native().size() > NAME_MAX) fail(path, ENAMETOOLONG);
   }
+  if (!stands_as_file(path) && errno != ENOENT) fail(path, errno);
   struct stat existing {};
-  if (::stat(path.c_str(), &existing) == 0) {
-    if (!S_ISREG(existing.st_mode)) throw IoError(path.string() + ": is there already and is not a regular file");
-  } else if (errno != ENOENT) {
-    fail(path, errno);
-  }
   fs::path folder = path.parent_path();  // the nearest that is there
   while (!folder.empty() && ::stat(folder.c_str(), &existing) != 0 && errno == ENOENT) folder = folder.parent_path();
   if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0) fail(path, errno);

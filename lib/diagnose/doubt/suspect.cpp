@@ -1,7 +1,6 @@
 #include "diagnose/doubt/suspect.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -142,6 +141,10 @@ double motion_rms(const std::vector<Measured>& data) {
   return std::sqrt(squares / count);
 }
 
+std::array<std::size_t, 3> resizing_kinds() {
+  return {EffectForm(InputGain{}).index(), EffectForm(AddedInertia{}).index(), EffectForm(SensorScale{}).index()};
+}
+
 FirstLook first_look(const Subject& subject, const Scene& scene) {
   const Scene part = glimpse(scene);
   const Observer observer(part.data);
@@ -231,10 +234,8 @@ class Weighing {
     before_ = best_of(given->explanation);
     nonsense_ = implausible(given->explanation.best().fit, scene.data);
     const std::vector<std::size_t>& allowed = subject.spec.effects;
-    unrestricted_ =
-        std::ranges::all_of(std::array{EffectForm(InputGain{}).index(), EffectForm(AddedInertia{}).index(),
-                                       EffectForm(SensorScale{}).index()},
-                            [&](std::size_t kind) { return std::ranges::find(allowed, kind) != allowed.end(); });
+    unrestricted_ = std::ranges::all_of(
+        resizing_kinds(), [&](std::size_t kind) { return std::ranges::find(allowed, kind) != allowed.end(); });
   }
 
   const Worth& before() const { return before_; }

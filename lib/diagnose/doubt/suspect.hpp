@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 
@@ -51,6 +52,10 @@ struct Suspected {
   std::vector<Suspicion> suspicions;  // most probable first
   bool decisive = false;              // the first explains far better than physics does
 };
+
+/// Places in the catalogue of what does to a motion what a parameter of another value does: an input, an inertia or a
+/// reading of another size.
+std::array<std::size_t, 3> resizing_kinds();
 
 /// Whether an explanation is one that no machine would give: it switches the input off, makes it or a sensor's reading
 /// of another size altogether, or undoes a term of the plant.

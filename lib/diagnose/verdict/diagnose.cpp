@@ -252,11 +252,11 @@ std::vector<Eigen::MatrixXd> explained_torque(const Search& search, const Fit& f
 /// Whether physics alone is an answer that leaves no doubt of the spec.
 bool beyond_doubt(const Search& search, const Judgement& judgement) {
   if (judgement.verdict == Verdict::nothing_missing) return true;
-  const auto resizes = [](const Effect& effect) {  // as a parameter of the model does
-    return effect.form.holds<InputGain>() || effect.form.holds<AddedInertia>() || effect.form.holds<SensorScale>();
-  };
   const std::vector<Effect>& effects = search.best().effects;
-  if (effects.size() > 1 && std::any_of(effects.begin(), effects.end(), resizes)) return false;
+  const auto is_part = [&](std::size_t kind) {
+    return std::ranges::any_of(effects, [&](const Effect& effect) { return effect.form.index() == kind; });
+  };
+  if (effects.size() > 1 && std::ranges::any_of(resizing_kinds(), is_part)) return false;
   const bool left = judgement.significant && judgement.share > kSettings.verdict.material;
   return !left && judgement.verdict != Verdict::unknown && !implausible(search.best(), search.data);
 }
