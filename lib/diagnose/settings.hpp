@@ -11,6 +11,7 @@ namespace bayesctrl {
 /// A recording.
 struct RecordingSettings {
   double gap_periods = 8.0;
+  double longest_pause = 3e7;
   int fewest_samples = 8;
   double least_duration = 1.0;
   double least_samples = 60.0;
@@ -26,6 +27,8 @@ struct RecordingSettings {
   static void fields(auto& self, auto&& field) {
     field("gap_periods", self.gap_periods,
           {kPositive, "sample periods", "a longer pause between samples is a gap: no run goes across"});
+    field("longest_pause", self.longest_pause,
+          {kPositive, "s", "between samples, a year: a longer one is a clock that was set"});
     field("fewest_samples", self.fewest_samples,
           {kPositive, "samples", "in a file: sixth differences, which measure the noise, need seven"});
     field("least_duration", self.least_duration,

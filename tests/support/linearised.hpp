@@ -111,7 +111,10 @@ class Linearised {
     fit.unknowns = list_unknowns(fit.plant, problem.given, fit.effects, problem.free, data, paths);
     const std::vector<Machine> list = machines(fit.plant, fit.effects, data);
     for (const Segment& window : response.windows()) {
-      fit.initial_states.push_back(initial_guess(window, paths[window.recording], list[window.recording]));
+      const Trajectory& path = paths[window.recording];  // of the machine, not of what its sensors show
+      SegmentState& start = fit.initial_states.emplace_back(initial_guess(window, path, list[window.recording]));
+      const auto row = static_cast<Eigen::Index>(window.first);
+      start.head(2 * path.position.cols()) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
     }
     fit.residual = Eigen::VectorXd::Zero(response.rows());
     return fit;

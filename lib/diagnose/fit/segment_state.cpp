@@ -13,7 +13,8 @@ SegmentState initial_guess(const Segment& window, const Trajectory& path, const 
   const Eigen::Index n = path.position.cols();
   const bool unknown = window.opens && (machine.hidden_count() > 0 || machine.has_lags() || machine.has_plays());
   SegmentState start = SegmentState::Zero(2 * n + (unknown ? machine.hidden_count() + 2 * n : 0));
-  start.head(2 * n) << path.position.row(row).transpose(), path.velocity.row(row).transpose();
+  start.head(n) = machine.unmeasured(path.position.row(row).transpose());
+  start.segment(n, n) = path.velocity.row(row).transpose().cwiseQuotient(machine.measured_scale());
   return start;
 }
 

@@ -30,8 +30,8 @@ SegmentRun fit_initial_state(const std::function<Eigen::MatrixXd(const SegmentSt
 /// Along which differences by one component are made: towards 0 where it has come to the end of its reach.
 double state_step(const SegmentState& start, Eigen::Index component, const SegmentState& reach);
 
-/// A first guess from a known motion. Effects' states, lags and plays are not known at a first sample, of a recording
-/// or after a gap.
+/// A first guess from a known motion, as the sensors show it. Effects' states, lags and plays are not known at a first
+/// sample, of a recording or after a gap.
 SegmentState initial_guess(const Segment& window, const Trajectory& path, const Machine& machine);
 
 /// Copies the initial state that another model has found into that of a model with so many joints, as far as both hold

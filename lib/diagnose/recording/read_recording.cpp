@@ -55,6 +55,29 @@ Wanted wanted_of(const RecordingFile& file, const Signals& signals) {
   return wanted;
 }
 
+/// Rows without those before the first gap and behind the last where they are too few for any run. Throws DataError for
+/// a gap that only a clock that was set can have left: beside so much, times between samples are rounded off.
+std::vector<std::size_t> without_strays(std::vector<std::size_t> kept, const std::vector<double>& time,
+                                        const DataTable& table, const std::string& file) {
+  Measured at;
+  for (const std::size_t row : kept) at.time.push_back(time[row]);
+  const std::vector<Segment> all = stretches(at, 0);
+  const auto used = [](const Segment& stretch) { return stretch.samples() >= kFewestInWindow; };
+  const auto first = std::ranges::find_if(all, used);
+  if (first == all.end()) return kept;
+  const Segment last = *std::find_if(all.rbegin(), all.rend(), used);
+  for (auto next = first; next->last < last.last;) {
+    const std::size_t before = kept[next->last], row = kept[(++next)->first];
+    if (time[row] - time[before] < kSettings.recording.longest_pause) continue;
+    throw DataError({file, table.lines.empty() ? 0 : table.lines[row]},
+                    "time jumps from " + format(time[before], 9) + " to " + format(time[row], 12) +
+                        " s: the clock was set; choose what lies before or behind with from and to");
+  }
+  kept.resize(last.last + 1);
+  kept.erase(kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(first->first));
+  return kept;
+}
+
 std::string row_name(const DataTable& table, std::size_t row) {
   return table.lines.empty() ? " row " + std::to_string(row + 1) : "";
 }
@@ -192,6 +215,7 @@ Measured read_recording(const RecordingFile& file, const Signals& signals) {
     throw DataError({path}, "only " + std::to_string(kept.size()) + " samples" +
                                 (file.from || file.to ? " between from and to" : "") + ": too short a recording");
   }
+  kept = without_strays(std::move(kept), time, table, path);
   for (std::size_t j = 0; j < position.size(); ++j) {
     if (signals.position[j].unwrap) unwrap(position[j], kept, 2.0 * std::numbers::pi);
   }

@@ -22,9 +22,9 @@ std::vector<SegmentState> starts_for(const std::vector<Effect>& effects, const F
     const std::size_t r = problem.response.windows()[w].recording;
     const Machine &from = before[r], &to = after[r];
     const Eigen::Index n = from.joints();
-    const JointVector none = JointVector::Zero(n), scale = from.measured_scale(), other = to.measured_scale();
-    start.head(n) = (from.measured(start.head(n)) - to.measured(none)).cwiseQuotient(other);
-    start.segment(n, n) = start.segment(n, n).cwiseProduct(scale).cwiseQuotient(other).eval();
+    start.head(n) = to.unmeasured(from.measured(start.head(n)));
+    const JointVector shown = start.segment(n, n).cwiseProduct(from.measured_scale());
+    start.segment(n, n) = shown.cwiseQuotient(to.measured_scale());
   }
   return starts;
 }

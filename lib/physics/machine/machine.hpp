@@ -50,7 +50,8 @@ class Machine {
     return run(start, time, drives, first, last, max_step, {{}, JointVector::Zero(joints_)});
   }
 
-  /// Hidden states at sample `to` along a known motion, of a machine that has those at sample `from`.
+  /// Hidden states at sample `to` along a known motion, as the sensors show it, of a machine that has those at sample
+  /// `from`.
   HiddenStates hidden_after(HiddenStates begin, const std::vector<double>& time, const Eigen::MatrixXd& position,
                             const Eigen::MatrixXd& velocity, const std::vector<Drive>& drives, std::size_t from,
                             std::size_t to) const;
@@ -68,6 +69,11 @@ class Machine {
   /// By how much that changes with each position.
   JointVector measured_scale() const {
     return measured(JointVector::Ones(joints())) - measured(JointVector::Zero(joints()));
+  }
+
+  /// Of what position the sensors show that.
+  JointVector unmeasured(const JointVector& shown) const {
+    return (shown - measured(JointVector::Zero(joints()))).cwiseQuotient(measured_scale());
   }
 
  private:

@@ -312,6 +312,7 @@ HiddenStates Machine::hidden_after(HiddenStates begin, const std::vector<double>
   if (begin.effects.size() == 0) begin.effects = HiddenVector::Zero(hidden_count_);
   constexpr double kPart = 2.5e-3;  // s, of the time between two samples,
   constexpr double kParts = 8.0;    // in no more of them
+  const JointVector none = measured(JointVector::Zero(joints_)), scale = measured_scale();
   with_joints(plant_, [&]<int kJoints>(const auto& /*plant*/, std::integral_constant<int, kJoints>) {
     Moment moment;
     moment.t = time[from];
@@ -323,8 +324,10 @@ HiddenStates Machine::hidden_after(HiddenStates begin, const std::vector<double>
       const double parts = std::clamp(std::ceil((time[k + 1] - time[k]) / kPart), 1.0, kParts);
       for (int i = 0; i < parts; ++i) {
         const double s = (i + 0.5) / parts;
-        now.q = (1.0 - s) * position.row(row).transpose() + s * position.row(row + 1).transpose();
-        now.v = (1.0 - s) * velocity.row(row).transpose() + s * velocity.row(row + 1).transpose();
+        const JointVector q = (1.0 - s) * position.row(row).transpose() + s * position.row(row + 1).transpose();
+        const JointVector v = (1.0 - s) * velocity.row(row).transpose() + s * velocity.row(row + 1).transpose();
+        now.q = (q - none).cwiseQuotient(scale);
+        now.v = v.cwiseQuotient(scale);
         moment.t = (1.0 - s) * time[k] + s * time[k + 1];
         catch_up<kJoints>(moment);
         settle_along<kJoints>(now, input_at<kJoints>(moment, moment.t), moment.t, (time[k + 1] - time[k]) / parts);

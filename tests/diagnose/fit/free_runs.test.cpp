@@ -206,6 +206,22 @@ TEST_CASE("Hidden states of a recording that begins in the midst of a motion are
   CHECK(largest(found.window_rms) < 1e-3);
 }
 
+TEST_CASE("What rests in dry friction, and what remembers its motion, is followed behind other sensors, too",
+          "[diagnose][fit]") {
+  const EffectForm sensor = GENERATE(EffectForm(SensorScale{0.75}), EffectForm(SensorOffset{0.2}));
+  const EffectForm law = GENERATE(EffectForm(StribeckFriction{3.0, 6.0, 0.1}), EffectForm(CoulombFriction{8.0}),
+                                  EffectForm(PreslidingHysteresis{1.0, 1.0}));
+  const std::vector<Effect> effects{{law, 0, -1}, {CubicSpring{3.0}, 0, -1}, {sensor, 0, -1}};
+  const Machine machine(Mass{1.6, 1.8}, effects);
+  Recorded made = recorded(machine, {.seconds = 8.0, .position = 0.1});
+  for (Eigen::Index k = 0; k < made.truth.position.rows(); ++k) {
+    made.truth.position(k, 0) = machine.measured(made.truth.position.row(k))[0];
+  }
+  made.truth.velocity *= machine.measured_scale()[0];
+  CAPTURE(law.name(), sensor.name());
+  CHECK(largest(runs_of({Mass{1.6, 1.8}, effects, {}}, {made}, 1.0).window_rms) < 1e-4);
+}
+
 TEST_CASE("What a remainder remembers passes from one part of a motion to the next, for every basis",
           "[diagnose][fit]") {
   const Recorded made = recorded(Machine(kPendulum, {}), {.seconds = 3.0});

@@ -139,6 +139,18 @@ TEST_CASE("A first guess holds hidden states, lags and plays where nothing is kn
   }
 }
 
+TEST_CASE("A first guess shows what was measured, behind every sensor", "[diagnose][fit]") {
+  Trajectory path;
+  path.position = Eigen::MatrixXd::Random(20, 2);
+  path.velocity = Eigen::MatrixXd::Random(20, 2);
+  const std::vector<Effect> sensors{{SensorScale{0.83}, 0, -1}, {SensorOffset{0.2}, 1, -1}, {SensorScale{1.2}, 1, -1}};
+  const Machine machine(TwoLinkArm{}, sensors);
+  const SegmentState start = initial_guess({0, 7, 19, true}, path, machine);
+  CHECK(largest_difference(machine.measured(start.head(2)), path.position.row(7).transpose()) < 1e-15);
+  const JointVector shown = start.tail(2).cwiseProduct(JointVector{{0.83, 1.2}});
+  CHECK(largest_difference(shown, path.velocity.row(7).transpose()) < 1e-15);
+}
+
 TEST_CASE("Hidden states are those of the initial state where it has them, else what is known of them",
           "[diagnose][fit]") {
   const HiddenStates known{HiddenVector{{1.0, 2.0}}, JointVector{{3.0, 4.0}}};

@@ -209,6 +209,34 @@ TEST_CASE("Of rows with the same time stamp the first is kept", "[diagnose]") {
   for (int k = 0; k < 10; ++k) CHECK(found.position(k, 0) == k);
 }
 
+TEST_CASE("Samples that stand alone before or behind all others are no part of a recording", "[diagnose]") {
+  const std::string header = "t,q,u\n", rows = example_csv(20).substr(header.size());
+  const Measured whole = read_text(header + rows);
+  for (const bool before : {true, false}) {
+    for (const double apart : {20.0, 1.7e9}) {
+      const double stray = before ? -apart : apart;
+      const std::string row = format(stray, 12) + ",7,7\n";
+      const Measured found = read_text(header + (before ? row + rows : rows + row));
+      INFO(row);
+      CHECK(found.start == whole.start);
+      CHECK(found.time == whole.time);
+      CHECK(found.position == whole.position);
+      CHECK(found.input == whole.input);
+    }
+  }
+  CHECK(read_text(header + "-0.1,7,7\n" + rows).samples() == 21);
+}
+
+TEST_CASE("A clock that was set amid a recording is refused at its line", "[diagnose]") {
+  std::string text = example_csv(10);
+  for (int k = 0; k < 10; ++k) text += format(1.7e9 + 0.1 * k, 12) + ",1,1\n";
+  CHECK(read_error(text) ==
+        "run.csv:12: time jumps from 0.9 to 1700000000 s: the clock was set; choose what lies before or behind with "
+        "from and to");
+  CHECK(read_text(text, example_signals(), between_times(1.0)).samples() == 10);
+  CHECK(read_text(text, example_signals(), between_times(0.0, 1.0)).samples() == 10);
+}
+
 TEST_CASE("A recording that cannot be used is refused at its line", "[diagnose]") {
   const std::string text = example_csv(10);
   CHECK(read_error(text) == "nothing thrown");
