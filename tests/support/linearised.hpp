@@ -62,7 +62,7 @@ inline Recorded recorded(const Machine& machine, const Recipe& recipe) {
   }
   StateVector start(2 * n);
   start << JointVector::Constant(n, recipe.position), JointVector::Zero(n);
-  const std::vector<Drive> drives = machine.drives(time, input, nullptr, JointVector::Constant(n, recipe.play));
+  const std::vector<Drive> drives = machine.drives(time, input, nullptr, {{0, JointVector::Constant(n, recipe.play)}});
   Eigen::MatrixXd q = machine.run(start, time, drives, 0, time.size() - 1, 1e-3,
                                   {{}, JointVector::Constant(n, recipe.departed)}, &states);
   RandomStream random(recipe.seed);

@@ -32,6 +32,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
   if (new_recordings) effects = in_new_recordings(std::move(effects));
   const std::vector<Machine> list = machines(model.plant, effects, data, model.remainder);
   std::vector<std::vector<Drive>> drives;
+  std::vector<PlayStarts> plays(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     drives.push_back(drives_of(list[r], data[r]));
     result.simulated.push_back(Eigen::MatrixXd::Constant(data[r].position.rows(), n, std::nan("")));
@@ -75,7 +76,10 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
                             kSettings.fit.free_run_iterations, precision_of(start, data[r]), reach_of(start, list[r]))
               .start;
       hidden = hidden_states_of(start, std::move(hidden));
-      if (window.opens && list[r].has_plays()) drives[r] = drives_of(list[r], data[r], plays_of(start, n));
+      if (window.opens && list[r].has_plays()) {
+        plays[r].push_back({window.first, plays_of(start, n)});
+        drives[r] = drives_of(list[r], data[r], plays[r]);
+      }
       Eigen::MatrixXd states;
       const Eigen::MatrixXd simulated = run(start, &states);
       error = measured - simulated;

@@ -12,9 +12,11 @@ Runs::Runs(const FitProblem& problem, const Fit& fit)
       machines_(machines(fit.plant, fit.effects, problem.data)),
       shared_(bayesctrl::may_be_shared(fit.plant)) {
   const std::vector<Segment>& windows = problem.response.windows();
-  std::vector<JointVector> plays(problem.data.size());
+  std::vector<PlayStarts> plays(problem.data.size());
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
-    if (windows[w].opens) plays[windows[w].recording] = plays_of(fit.initial_states[w], joints_);
+    const Segment& window = windows[w];
+    if (!window.opens || !machines_[window.recording].has_plays()) continue;
+    plays[window.recording].push_back({window.first, plays_of(fit.initial_states[w], joints_)});
   }
   std::vector<std::vector<Drive>> drives;
   for (std::size_t r = 0; r < problem.data.size(); ++r) {

@@ -160,8 +160,7 @@ std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& eff
   return list;
 }
 
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const JointVector& plays,
-                             std::size_t samples) {
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data, PlayStarts plays, std::size_t samples) {
   const std::size_t count = samples > 0 ? samples : data.samples();
   const auto rows = static_cast<Eigen::Index>(count);
   if (!data.linear_hold) {
@@ -179,13 +178,14 @@ std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const
   }
   input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(rows - 1);
   time.push_back(data.time[count - 1]);
+  for (PlayStart& play : plays) play.sample *= static_cast<std::size_t>(kSettings.fit.linear_hold_pieces);
   return machine.drives(time, input, nullptr, plays);
 }
 
 std::vector<Drive> own_drives(const Machine& machine, const Measured& data, const Segment& window,
                               const SegmentState& start) {
   if (!window.opens || !machine.has_plays()) return {};
-  return drives_of(machine, data, plays_of(start, machine.joints()), window.last + 1);
+  return drives_of(machine, data, {{window.first, plays_of(start, machine.joints())}}, window.last + 1);
 }
 
 }  // namespace bayesctrl

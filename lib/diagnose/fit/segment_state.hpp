@@ -41,7 +41,7 @@ void hand_down(const SegmentState& found, int joint_count, SegmentState& start);
 /// The hidden states of an initial state, where it has them; else what is known of them.
 HiddenStates hidden_states_of(const SegmentState& start, HiddenStates known);
 
-/// Where plays stand in an initial state of a recording's first sample; none where it does not say.
+/// Where plays stand in an initial state, of a first sample; none where it does not say.
 JointVector plays_of(const SegmentState& start, int joint_count);
 
 /// 1 / variance a priori of its components: lags and plays are within the range of the input, all else may be anything.
@@ -61,12 +61,11 @@ SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& re
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, const std::vector<Measured>& data,
                               const Remainder& remainder = {});
 
-/// The input of each joint as a machine feels it during one recording, from plays that stand so at its beginning.
-/// `samples`: of its beginning alone; 0: all.
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const JointVector& plays = {},
+/// The input of each joint as a machine feels it during one recording. `samples`: of its beginning alone; 0: all.
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data, PlayStarts plays = {},
                              std::size_t samples = 0);
 
-/// Those of a recording's first window alone, whose initial state says where plays begin; none: the recording's hold.
+/// Those of a window whose initial state says where plays stand; none: the recording's hold.
 std::vector<Drive> own_drives(const Machine& machine, const Measured& data, const Segment& window,
                               const SegmentState& start);
 

@@ -7,7 +7,6 @@
 
 #include "diagnose/motion/hidden_torque.hpp"
 #include "diagnose/settings.hpp"
-#include "physics/machine/drive.hpp"
 
 namespace bayesctrl {
 
@@ -55,6 +54,10 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
       joint.direction.reserve(m.samples() * parts_);
       joint.mobility.resize(joints_, static_cast<Eigen::Index>((m.samples() - 1) * parts_));
     }
+    const bool custom = std::holds_alternative<Custom>(plant_);
+    for (int j = 0; m.fine && (!custom || joints_ == 1) && j < joints_; ++j) {
+      along[static_cast<std::size_t>(j)].spread = InputSpread(*m.fine, m.fine->input.col(j), m.input.rows());
+    }
     const auto rests = steps_at_rest(m, path);
     rests_ = rests_ || rests.any();
     Eigen::MatrixXd& nominal = nominal_.emplace_back(Eigen::MatrixXd::Zero(m.position.rows(), joints_));
@@ -86,7 +89,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
           if (rests(row, j)) p.held[j] = 0.5 * (path.missing_torque(row, j) + path.missing_torque(row + 1, j));
         }
         JointVector motor = p.u;
-        if (std::holds_alternative<Custom>(plant_)) {
+        if (custom) {
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
           motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
         }
@@ -113,15 +116,18 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
   nominal_acceleration_ = std::sqrt(squares / samples);
 }
 
-namespace {
-
-/// What a joint's torques depend on where springs `beside` load it.
-JointState loaded(JointState state, int joint, const std::vector<Effect>& beside) {
+/// What rubs in a joint under its load looks at, with springs `beside`.
+JointState Forcing::loaded(std::size_t recording, int joint, std::size_t point,
+                           const std::vector<Effect>& beside) const {
+  const Along& along = along_[recording][static_cast<std::size_t>(joint)];
+  JointState state = along.states[point];
   state.external_torque += spring_torque(beside, joint, state.position);
+  const double u = points_[recording][point].u[joint], gain = u == 0.0 ? 0.0 : state.motor_torque / u;
+  if (gain != 0.0) {
+    state.unsteady = std::abs(gain) * along.spread.unsteady(point / parts_, state.external_torque / gain);
+  }
   return state;
 }
-
-}  // namespace
 
 Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recording,
                                       const std::vector<Effect>& beside) const {
@@ -135,7 +141,6 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
   const EffectForm& form = effect.form;
   const EffectRoles& roles = form.roles();
   const Along& along = along_[recording][static_cast<std::size_t>(j)];
-  const bool springs = roles.feels_load && !beside.empty();
   const auto add = [&](auto&& torque_at) {  // torque in this joint alone
     std::size_t i = 0;
     for (Eigen::Index k = 0; i < points.size(); ++k) {
@@ -147,7 +152,7 @@ Eigen::MatrixXd Forcing::acceleration(const Effect& effect, std::size_t recordin
       }
     }
   };
-  const auto seen = [&](std::size_t i) { return springs ? loaded(along.states[i], j, beside) : along.states[i]; };
+  const auto seen = [&](std::size_t i) { return roles.feels_load ? loaded(recording, j, i, beside) : along.states[i]; };
   if (roles.torque) {
     add([&](std::size_t i) { return form.torque_at(seen(i)); });
   } else if (roles.dry_friction) {
@@ -315,7 +320,7 @@ Eigen::MatrixXd Forcing::total(Eigen::MatrixXd result, const std::vector<Effect>
   }
   result += nominal_[recording];
   const auto friction = [&](std::size_t point, int j) {
-    const JointState state = loaded(along_[recording][static_cast<std::size_t>(j)].states[point], j, effects);
+    const JointState state = loaded(recording, j, point, effects);
     double level = 0.0;
     for (const Effect& effect : effects) {
       if (effect.joint == j && effect.form.roles().dry_friction) level += effect.form.sliding(state);

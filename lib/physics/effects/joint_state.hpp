@@ -24,6 +24,10 @@ struct JointState {
   double neighbour = 0.0;        // position of the joint that this one is coupled to
   double mobility = 0.0;         // 1/inertia of the joint, where an effect that swings against it is asked for its rate
   double temperature = kReferenceTemperature;
+  double unsteady = 0.0;  // mean of |tau_in - tau_ext| less that of its mean, where the input changes meanwhile
+
+  /// Mean of |tau_in - tau_ext|: on gears and bearings.
+  double load() const { return std::abs(motor_torque - external_torque) + unsteady; }
 };
 
 /// The joint that one of several is coupled to: the next or, for the last, the one before.

@@ -21,7 +21,7 @@ struct LoadDependentFriction {
   }
 
   /// Magnitude while sliding, and the largest torque that it resists at rest.
-  double sliding(const JointState& s) const { return k * std::abs(s.motor_torque - s.external_torque); }
+  double sliding(const JointState& s) const { return k * s.load(); }
   double holding(const JointState& s) const { return sliding(s); }
 
   static std::vector<Shape<LoadDependentFriction>> shapes(const OperatingRange& /*s*/) { return {{{{1.0}}, 1}}; }

@@ -37,9 +37,9 @@ struct LoadStribeckFriction {
   /// Magnitude while sliding, and the largest torque that it resists at rest.
   double sliding(const JointState& s) const {
     const double ratio = s.velocity / velocity;
-    return (k + (static_share - k) * std::exp(-ratio * ratio)) * load(s);
+    return (k + (static_share - k) * std::exp(-ratio * ratio)) * s.load();
   }
-  double holding(const JointState& s) const { return static_share * load(s); }
+  double holding(const JointState& s) const { return static_share * s.load(); }
 
   /// Without the rise towards rest.
   LoadDependentFriction simpler() const { return {k}; }
@@ -64,9 +64,6 @@ struct LoadStribeckFriction {
   }
 
   bool operator==(const LoadStribeckFriction&) const = default;
-
- private:
-  static double load(const JointState& s) { return std::abs(s.motor_torque - s.external_torque); }
 };
 
 }  // namespace bayesctrl

@@ -18,7 +18,7 @@ Line decaying(double value, double tau, double h) {
   return {value * lost / x, value * rise / h};
 }
 
-Drive::Drive(const std::vector<Effect>& effects, int joint, std::optional<double> play) : departure_(play) {
+Drive::Drive(const std::vector<Effect>& effects, int joint) {
   for (const EffectLaw* law : catalogue()) {
     if (!law->roles.on_input()) continue;
     for (const Effect& effect : effects) {
@@ -41,18 +41,71 @@ Eigen::VectorXd FineInput::held(const Eigen::VectorXd& values, Eigen::Index samp
   return sums.head(samples);
 }
 
+InputSpread::InputSpread(const FineInput& fine, const Eigen::VectorXd& values, Eigen::Index samples)
+    : samples_(static_cast<std::size_t>(samples) + 1) {
+  const auto rows = static_cast<std::size_t>(values.size());
+  std::vector<std::vector<Value>> of(samples_.size());
+  for (std::size_t k = 0; k < rows; ++k) {
+    const auto at = static_cast<std::size_t>(fine.stays[k]);
+    const double u = values[static_cast<Eigen::Index>(k)];
+    of[at].push_back({u, fine.own[k]});
+    if (fine.late[k] != 0.0) of[at + 1].push_back({u, fine.late[k]});
+  }
+  for (std::size_t i = 0; i + 1 < samples_.size(); ++i) {
+    Held& held = samples_[i];
+    for (const Value& value : of[i]) {
+      held.mean += value.weight * value.u;
+      held.lowest = std::min(held.lowest, value.u);
+      held.highest = std::max(held.highest, value.u);
+    }
+    values_.insert(values_.end(), of[i].begin(), of[i].end());
+    samples_[i + 1].first = values_.size();
+  }
+}
+
+double InputSpread::unsteady(std::size_t sample, double from) const {
+  if (sample + 1 >= samples_.size()) return 0.0;
+  const Held& held = samples_[sample];
+  if (from <= held.lowest || from >= held.highest) return 0.0;  // |u - from| is linear in u
+  double mean = 0.0;
+  for (std::size_t i = held.first; i < samples_[sample + 1].first; ++i) {
+    mean += values_[i].weight * std::abs(values_[i].u - from);
+  }
+  return std::max(0.0, mean - std::abs(held.mean - from));
+}
+
 Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-             int joint, const FineInput* fine, std::optional<double> play)
-    : Drive(effects, joint, play) {
-  if (fine == nullptr || effects_.empty()) {
-    for (std::size_t k = 0; k < time.size(); ++k) append(time[k], input[k]);
+             int joint, const FineInput* fine, const PlayStarts& plays)
+    : Drive(effects, joint) {
+  auto start = plays.begin();
+  const auto reach = [&](std::size_t sample) {
+    if (start == plays.end() || start->sample > sample) return;
+    if (joint < start->departure.size()) departure_ = start->departure[joint];
+    ++start;
+  };
+  reach(0);
+  if (delay_ > 0.0) hold(time.front(), mapped(0.0));
+  const bool loads = std::ranges::any_of(effects, [&](const Effect& effect) {
+    return effect.joint == joint && effect.form.roles().feels_load && effect.form.roles().dry_friction;
+  });
+  if (fine == nullptr || (effects_.empty() && !loads)) {
+    for (std::size_t k = 0; k < time.size(); ++k) {
+      reach(k);
+      hold(time[k] + delay_, mapped(input[k]));
+    }
     return;
   }
-  if (delay_ > 0.0) hold(time.front(), mapped(0.0));
   const auto samples = static_cast<Eigen::Index>(time.size());
   const auto rows = std::ranges::lower_bound(fine->stays, samples) - fine->stays.begin();
   Eigen::VectorXd values = fine->input.col(joint).head(rows);
-  for (double& u : values) u = mapped(u);
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    reach(static_cast<std::size_t>(fine->stays[static_cast<std::size_t>(k)]));
+    values[k] = mapped(values[k]);
+  }
+  if (loads && lag_ == 0.0) {
+    spread_ = InputSpread(*fine, values, samples);
+    before_ = time_.size();
+  }
   values = fine->held(values, samples);
   for (std::size_t k = 0; k < time.size(); ++k) hold(time[k] + delay_, values[static_cast<Eigen::Index>(k)]);
 }

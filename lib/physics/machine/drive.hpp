@@ -27,19 +27,50 @@ struct FineInput {
   Eigen::VectorXd held(const Eigen::VectorXd& values, Eigen::Index samples) const;
 };
 
+/// What an input is while samples hold no more than its mean: what is not linear in it, as the load on a bearing, needs
+/// to know.
+class InputSpread {
+ public:
+  InputSpread() = default;
+
+  /// `values`: of each row of `fine`; they belong to `samples` samples.
+  InputSpread(const FineInput& fine, const Eigen::VectorXd& values, Eigen::Index samples);
+
+  /// Mean of |u - from| less |mean u - from|, while the sample is held; 0 where nothing is known of it.
+  double unsteady(std::size_t sample, double from) const;
+
+ private:
+  struct Value {
+    double u, weight;
+  };
+  struct Held {
+    std::size_t first = 0;  // of its values
+    double mean = 0.0, lowest = kInfinity, highest = -kInfinity;
+  };
+
+  std::vector<Value> values_;  // of one sample after the other
+  std::vector<Held> samples_;  // and one behind the last
+};
+
+/// Where plays stand from a sample on: so far from the middle of their gaps about its inputs, per joint.
+struct PlayStart {
+  std::size_t sample = 0;
+  JointVector departure;
+};
+using PlayStarts = std::vector<PlayStart>;  // in the order of the samples
+
 /// The input of one joint as the machine feels it: constant between switches, behind a first-order lag if there is one.
 /// It depends on the given input alone, never on the motion.
 class Drive {
  public:
   /// Of `effects` those on the input of `joint` act, in the catalogue's order. Before the first sample a delayed input
-  /// is 0; a lag has settled on the first value; a play rests at 0, or stands so far from the middle of its gap about
-  /// the first input as `play` says.
-  Drive(const std::vector<Effect>& effects, int joint, std::optional<double> play = {});
+  /// is 0; a lag has settled on the first value; a play rests at 0.
+  Drive(const std::vector<Effect>& effects, int joint);
 
   /// A whole recording, or its beginning: `input` [k] is held from `time` [k] on; `fine`: of what it is the sum, if
-  /// samples were left out.
+  /// samples were left out. Plays stand where they follow the input to, or where they are known to.
   Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-        int joint, const FineInput* fine = nullptr, std::optional<double> play = {});
+        int joint, const FineInput* fine = nullptr, const PlayStarts& plays = {});
 
   /// `input` is held from `time` on, which must increase.
   void append(double time, double input);
@@ -56,6 +87,11 @@ class Drive {
   /// Over [t, t + h], within the same segment: the line of the same mean and first moment.
   Line over(std::size_t index, double t, double h) const;
 
+  /// In that segment: InputSpread. What a lag makes of an input is steady.
+  double unsteady(std::size_t index, double from) const {
+    return index < before_ ? 0.0 : spread_.unsteady(index - before_, from);
+  }
+
  private:
   /// What maps and plays make of an input, in the order of time.
   double mapped(double input);
@@ -63,12 +99,14 @@ class Drive {
 
   std::vector<EffectForm> effects_;  // on this input, in order
   std::vector<double> play_;         // output of each effect that is a play,
-  std::optional<double> departure_;  // and where it begins about the first input
+  std::optional<double> departure_;  // and where it is to stand about the next input
   double delay_ = 0.0;
   double lag_ = 0.0;
   std::vector<double> time_;
   std::vector<double> held_;    // input of the lag
   std::vector<double> lagged_;  // output of the lag at the beginning of each segment
+  InputSpread spread_;          // where an effect of this joint asks for it; of what is held
+  std::size_t before_ = 0;      // segments before its first sample
 };
 
 }  // namespace bayesctrl

@@ -40,11 +40,10 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
 }
 
 std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input, const FineInput* fine,
-                                   const JointVector& plays) const {
+                                   const PlayStarts& plays) const {
   std::vector<Drive> list;
   for (int j = 0; j < joints_; ++j) {
-    const std::optional<double> play = plays.size() > 0 ? std::optional(plays[j]) : std::nullopt;
-    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine, play);
+    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine, plays);
   }
   return list;
 }

@@ -35,9 +35,9 @@ class Machine {
   const RecordedTemperature& temperature() const { return temperature_; }  // none where no effect depends on it
 
   /// Drives of all joints for one recording or its beginning; `input`: samples x joints. `plays`: where those of the
-  /// joints begin (Drive); none: at rest.
+  /// joints stand (Drive).
   std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
-                            const FineInput* fine = nullptr, const JointVector& plays = {}) const;
+                            const FineInput* fine = nullptr, const PlayStarts& plays = {}) const;
 
   /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
   /// and the `hidden` states at time[first]. With `states` also the true [q, v] of each sample.
@@ -90,6 +90,9 @@ class Machine {
   template <int kJoints>
   Load<kJoints> load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
                      const MotionOf<kJoints>& driven) const;
+  template <int kJoints>
+  Load<kJoints> load_at(const Moment& moment, const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
+                        const MotionOf<kJoints>& driven) const;
   template <int kJoints>
   MotionOf<kJoints> driven_by(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t) const;
   template <int kJoints>

@@ -12,18 +12,37 @@ namespace bayesctrl {
 /// On the joints' bearings: torque of the motors, and of gravity and springs.
 template <int kJoints>
 struct Machine::Load {
-  Joints<kJoints> motor = Joints<kJoints>::Zero(), external = motor;
+  Joints<kJoints> motor = Joints<kJoints>::Zero(), external = motor, unsteady = motor;
 };
 
 /// `driven`: what the plant does with this input.
 template <int kJoints>
 Machine::Load<kJoints> Machine::load(const StateOf<kJoints>& state, const Joints<kJoints>& input, double t,
                                      const MotionOf<kJoints>& driven) const {
-  Load<kJoints> result{input, external_torque_of<kJoints>(plant_, state.q + tilt_.head<kJoints>())};
+  Load<kJoints> result;
+  result.motor = input;
+  result.external = external_torque_of<kJoints>(plant_, state.q + tilt_.head<kJoints>());
   for (int j = 0; j < kJoints; ++j) result.external[j] += spring_torque(effects_, j, state.q[j]);
   if (std::holds_alternative<Custom>(plant_)) {  // the input is no torque: what it adds to M q'' is
     const MotionOf<kJoints> idle = motion_of<kJoints>(plant_, state.q, state.v, Joints<kJoints>::Zero(), t);
     result.motor = inverse_dynamics<kJoints>(driven.mobility, driven.acceleration - idle.acceleration);
+  }
+  return result;
+}
+
+/// The same, with what the input does besides what is held of it.
+template <int kJoints>
+Machine::Load<kJoints> Machine::load_at(const Moment& moment, const StateOf<kJoints>& state,
+                                        const Joints<kJoints>& input, double t, const MotionOf<kJoints>& driven) const {
+  Load<kJoints> result = load<kJoints>(state, input, t, driven);
+  const bool custom = std::holds_alternative<Custom>(plant_);
+  if (custom && (kJoints > 1 || input[0] == 0.0)) return result;
+  for (int j = 0; j < kJoints; ++j) {
+    const double gain = custom ? result.motor[j] / input[j] : 1.0;
+    if (gain == 0.0) continue;
+    const auto slot = static_cast<std::size_t>(j);
+    const Drive& drive = (*moment.drives)[slot];
+    result.unsteady[j] = std::abs(gain) * drive.unsteady(moment.segment[slot], result.external[j] / gain);
   }
   return result;
 }
@@ -45,7 +64,8 @@ JointState Machine::seen(int joint, const StateOf<kJoints>& state, double t, con
           on_bearings.external[joint],
           state.q[neighbour_of(joint, kJoints)],
           0.0,
-          temperature_ ? temperature_->at(joint, t) : kReferenceTemperature};
+          temperature_ ? temperature_->at(joint, t) : kReferenceTemperature,
+          on_bearings.unsteady[joint]};
 }
 
 /// The load, where a hidden state asks for it.
@@ -130,7 +150,7 @@ Joints<kJoints> Machine::acceleration(const StateOf<kJoints>& state, const Joint
   if (has_tilt_) {
     torque = external_torque_of<kJoints>(plant_, q + tilt_.head<kJoints>()) - external_torque_of<kJoints>(plant_, q);
   }
-  const Load<kJoints> on_bearings = bears_load_ ? load<kJoints>(state, input, t, nominal) : Load<kJoints>{};
+  const Load<kJoints> on_bearings = bears_load_ ? load_at<kJoints>(moment, state, input, t, nominal) : Load<kJoints>{};
   if (!remainder_sum_.empty()) {
     torque += Joints<kJoints>(remainder_sum_.torque(moment.memory, q, v, input, t));
   }
@@ -191,7 +211,7 @@ double Machine::holding(const StateOf<kJoints>& state, const Moment& moment, int
   Load<kJoints> on_bearings;
   if (bears_load_) {
     const Joints<kJoints> input = input_at<kJoints>(moment, moment.t);
-    on_bearings = load<kJoints>(state, input, moment.t, driven_by<kJoints>(state, input, moment.t));
+    on_bearings = load_at<kJoints>(moment, state, input, moment.t, driven_by<kJoints>(state, input, moment.t));
   }
   JointState here = seen<kJoints>(joint, state, moment.t, on_bearings);
   here.velocity = 0.0;

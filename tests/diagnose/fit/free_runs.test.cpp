@@ -168,6 +168,15 @@ TEST_CASE("Where a play stands at the beginning of a recording is found, and hel
   CHECK(largest(runs_of({kPendulum, {{Backlash{1.1 * width}, 0, -1}}, {}}, made, horizon).window_rms) > 5e-5);
 }
 
+TEST_CASE("Where a play stands after a gap is found, whatever the input has done meanwhile", "[diagnose][fit]") {
+  const double gap = GENERATE(1.7, 3.1, 4.2), width = GENERATE(0.3, 1.5);
+  const std::vector<Effect> law{{Backlash{width}, 0, -1}};
+  const std::vector<Recorded> made{recorded({kPendulum, law}, {.gap = gap, .play = 0.5 * width}),
+                                   recorded({kPendulum, law}, {.gap = gap, .phase = 2.0})};
+  CAPTURE(gap, width);
+  CHECK(largest(runs_of({kPendulum, law, {}}, made, 1.0).window_rms) < 1e-5);
+}
+
 TEST_CASE("What one recording has found of a lag is nothing to the next, though its first window is not wanted",
           "[diagnose][fit]") {
   const Effect law{ActuatorLag{0.6}, 0, -1};

@@ -167,6 +167,27 @@ TEST_CASE("Hidden states are those of the initial state where it has them, else 
   CHECK(plays_of(full, 2) == Eigen::Vector2d(9.0, 10.0));
 }
 
+TEST_CASE("A play stands where it is known to from that sample on, of held inputs and of straight ones",
+          "[diagnose][fit]") {
+  const Machine machine(kPendulum, {{Backlash{0.5}, 0, -1}});
+  Measured data = recorded(machine, {}).data;
+  data.linear_hold = GENERATE(false, true);
+  const std::size_t at = 300;
+  const double departure = GENERATE(-0.5, 0.2);
+  const Drive before = drives_of(machine, data)[0],
+              drive = drives_of(machine, data, {{at, JointVector{{departure}}}})[0];
+  const auto index = [&](double t) {
+    const std::vector<double>& times = drive.switches();
+    return static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin()) - 1;
+  };
+  const std::size_t first = index(data.time[at] + 1e-9);
+  const double u = input_at(data, at, data.linear_hold ? 0.125 : 0.0)[0];
+  CHECK(drive.at(first, data.time[at]) == Approx(u + departure).epsilon(1e-12));
+  for (const std::size_t k : {std::size_t{0}, at - 1}) {
+    CHECK(drive.at(index(data.time[k]), data.time[k]) == before.at(index(data.time[k]), data.time[k]));
+  }
+}
+
 TEST_CASE("An initial state is handed down as far as both models have the same components", "[diagnose][fit]") {
   const auto handed = [](const SegmentState& found, SegmentState start) {
     hand_down(found, 1, start);

@@ -53,6 +53,19 @@ TEST_CASE("The SSE that noise alone gives is that of so many squares of white no
   }
 }
 
+TEST_CASE("Without noise the truth leaves nothing where a gap hides how a play moves", "[diagnose][fit]") {
+  const Effect law{Backlash{1.2}, 0, -1};
+  const Machine machine(kPendulum, {law});
+  const Linearised about(kPendulum,
+                         {recorded(machine, {.seconds = 8.0, .gap = 4.2, .play = 0.4}),
+                          recorded(machine, {.seconds = 8.0, .gap = 3.1, .phase = 2.0})},
+                         kSensor);
+  Fit fit = about.at_truth({law});
+  simulate(about.problem, fit, 2);
+  polish(about.problem, fit);
+  CHECK(fit.sse < 1e-2);
+}
+
 TEST_CASE("Without noise the truth leaves nothing, with noise it leaves white noise of variance 1 in every recording",
           "[diagnose][fit]") {
   const Effect law = GENERATE(Effect{CoulombFriction{0.2}, 0, -1}, Effect{PreslidingHysteresis{10.0, 0.2}, 0, -1},

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/random.hpp"
+#include "diagnose/motion/forcing.hpp"
 #include "diagnose/settings.hpp"
 #include "diagnose/verdict/diagnose.hpp"
 #include "io/emit.hpp"
@@ -123,11 +124,13 @@ TEST_CASE("Thinned inputs keep the impulse and stay within the range of what the
   for (Eigen::Index k = 0; k < less.input.rows(); ++k) CHECK(less.input(k, 0) == straight.input(5 * k, 0));
 }
 
-TEST_CASE("Maps of the input act on what was recorded, not on its mean over the samples that are left out",
+TEST_CASE("Maps and loads act on what was recorded, not on its mean over the samples that are left out",
           "[diagnose][decimate]") {
   // A noisy controller: between two samples that stay its input is on both sides of every edge.
-  for (const EffectForm& map : {EffectForm{InputSaturation{2.0}}, EffectForm{InputDeadZone{1.5}},
-                                EffectForm{Backlash{2.0}}, EffectForm{InputGain{1.3}}}) {
+  for (const EffectForm& map :
+       {EffectForm{InputSaturation{2.0}}, EffectForm{InputDeadZone{1.5}}, EffectForm{Backlash{2.0}},
+        EffectForm{InputGain{1.3}}, EffectForm{LoadDependentFriction{0.3}},
+        EffectForm{LoadStribeckFriction{0.2, 0.35, 0.3}}}) {
     Measured whole = recorded(kLoosePendulum, 2000.0, 4.0, 3);
     RandomStream random(9);
     for (double& u : whole.input.reshaped()) u += 2.0 * draw_normal(random);
@@ -153,6 +156,43 @@ TEST_CASE("Maps of the input act on what was recorded, not on its mean over the 
     INFO(map.name());
     CHECK(apart(run(less, less.fine.get())) < 3.0 * noise);
     if (!map.roles().gain) CHECK(apart(run(less, nullptr)) > 10.0 * noise);
+  }
+}
+
+TEST_CASE("Along the motion, too, a load rubs by what was recorded of its input", "[diagnose][decimate]") {
+  const Plant written =
+      Custom({{{"k", 9.81 / 0.8}, {"d", 0.1 / (0.6 * 0.64)}, {"b", 1.0 / (0.6 * 0.64)}}}, {"b*u - k*sin(q) - d*v"}, {});
+  for (const Plant& plant : {kLoosePendulum, written}) {
+    Measured whole = recorded(kLoosePendulum, 2000.0, 4.0, 3);
+    RandomStream random(9);
+    for (double& u : whole.input.reshaped()) u += 2.0 * draw_normal(random);
+    Measured less = decimated(kLoosePendulum, {whole}, Eigen::VectorXd::Constant(1, 1e-3), 200.0).front();
+    REQUIRE(less.fine != nullptr);
+    // Where gravity loads the joint it stands beside some of these inputs and opposite to others.
+    const auto impulse = [&](const Measured& m, double from, double to) {
+      Trajectory path;
+      path.position = m.position;
+      path.velocity = Eigen::MatrixXd::Constant(m.position.rows(), 1, 0.7);
+      path.velocity_sd = path.missing_torque = path.torque_sd = Eigen::MatrixXd::Zero(m.position.rows(), 1);
+      const std::vector<Measured> data{m};
+      const std::vector<Trajectory> paths{path};
+      const Eigen::MatrixXd a = Forcing(plant, data, paths).acceleration({{LoadDependentFriction{0.3}, 0, -1}}, 0);
+      double sum = 0.0;
+      for (std::size_t k = 0; k + 1 < m.samples(); ++k) {
+        if (m.time[k] >= from - 1e-9 && m.time[k + 1] <= to + 1e-9) {
+          sum += a(static_cast<Eigen::Index>(k), 0) * (m.time[k + 1] - m.time[k]);
+        }
+      }
+      return sum;
+    };
+    for (const double from : {0.5, 1.5, 2.5}) {
+      const double exact = impulse(whole, from, from + 1.0);
+      CAPTURE(plant.index(), from, exact);
+      CHECK(impulse(less, from, from + 1.0) == Approx(exact).epsilon(0.02));
+      Measured mean = less;
+      mean.fine.reset();
+      CHECK(std::abs(impulse(mean, from, from + 1.0)) < 0.97 * std::abs(exact));
+    }
   }
 }
 
