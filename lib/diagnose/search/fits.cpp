@@ -211,6 +211,18 @@ std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) 
   return std::nullopt;
 }
 
+/// A set with the numbers of a fit that has another effect in the place of one of its own, as far as the linear
+/// response says what the others take over; none where they differ by more.
+std::vector<Effect> Fits::exchanged(const Fit& of, const std::vector<Effect>& wanted) {
+  for (std::size_t e = 0; e < of.effects.size() && of.effects.size() == wanted.size(); ++e) {
+    const std::string rest = key(without(of.effects, e));
+    for (std::size_t w = 0; w < wanted.size(); ++w) {
+      if (key(without(wanted, w)) == rest) return Gap(problem(), of, jacobian(of), {e}).filled({wanted[w]});
+    }
+  }
+  return {};
+}
+
 /// Fits such a part once more if it has stopped where it leaves more than the linear response says it has to.
 bool Fits::improve_part(const Fit& of, const std::vector<Effect>& effects) {
   const Fit* known = find(key(effects));
@@ -281,7 +293,11 @@ void Fits::refine() {
         if (list[k].sse >= list[i].sse) continue;
         const std::optional<Gap> open = is_lost(list[i]) ? gap(list[k], list[i].effects) : std::nullopt;
         if (open && is_lost(*open)) continue;
-        const std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
+        std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
+        if (starts.empty() && !is_along_motion()) {
+          std::vector<Effect> start = exchanged(list[k], list[i].effects);
+          if (!start.empty()) starts.push_back(std::move(start));
+        }
         if (starts.empty()) continue;
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
         if (list[k].sse > known - kSettings.search.convergence) continue;

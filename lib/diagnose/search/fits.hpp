@@ -56,8 +56,8 @@ class Fits {
   void add_simpler();
 
   /// Brings the finalists to their true optima, with the exact Jacobian: laws that contain one another
-  /// are compared by the last few nats. Where one stops short of what another that it contains has found, it starts
-  /// anew from there.
+  /// are compared by the last few nats. Where one stops short of what another has found that it contains, or that
+  /// has another effect in the place of one, it starts anew from there.
   void refine();
 
   /// Most probable first.
@@ -75,6 +75,7 @@ class Fits {
   double lost_beyond() const;
   bool is_lost(const Fit& fit) const { return fit.sse > lost_beyond(); }
   bool is_lost(const Gap& part) const;
+  std::vector<Effect> exchanged(const Fit& of, const std::vector<Effect>& wanted);
   std::optional<Gap> gap(const Fit& of, const std::vector<Effect>& effects);
   void add_part(const Fit& of, std::vector<Effect> effects);
   bool improve_part(const Fit& of, const std::vector<Effect>& effects);

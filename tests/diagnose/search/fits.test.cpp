@@ -180,3 +180,17 @@ TEST_CASE("Finalists are brought to their optima, and none loses by it", "[diagn
   }
   CHECK(close > 1);
 }
+
+TEST_CASE("A finalist that stopped short begins anew from one with another effect in the place of one of its own",
+          "[diagnose][search]") {
+  const Effect drag{QuadraticDrag{0.00003}, 0}, viscous{ViscousFriction{0.0002}, 0};
+  const Effect right{CoggingTorque{0.0006, 8.0, 1.0}, 0}, wrong{CoggingTorque{0.0001, 16.0, 0.0}, 0};
+  testing::RecordedFits recorded({drag, right}, usual_effects());
+  const Fit known = *recorded.fits.add({drag, right});
+  const Fit stuck = *recorded.fits.add({viscous, wrong});
+  const double wanted = fit(recorded.fits.problem(), {viscous, right}).sse;
+  REQUIRE(known.sse < wanted);
+  REQUIRE(stuck.sse > wanted + 5.0);
+  recorded.fits.refine();
+  CHECK(recorded.fits.find({viscous, wrong})->sse < wanted + 0.1);
+}
