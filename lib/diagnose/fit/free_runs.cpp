@@ -32,7 +32,7 @@ FreeRuns free_runs(const Corrected& model, const std::vector<Measured>& data, co
   if (new_recordings) effects = in_new_recordings(std::move(effects));
   const std::vector<Machine> list = machines(model.plant, effects, data, model.remainder);
   std::vector<std::vector<Drive>> drives;
-  std::vector<PlayStarts> plays(data.size());
+  std::vector<Restarts> plays(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     drives.push_back(drives_of(list[r], data[r]));
     result.simulated.push_back(Eigen::MatrixXd::Constant(data[r].position.rows(), n, std::nan("")));

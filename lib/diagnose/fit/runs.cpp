@@ -12,7 +12,7 @@ Runs::Runs(const FitProblem& problem, const Fit& fit)
       machines_(machines(fit.plant, fit.effects, problem.data)),
       shared_(bayesctrl::may_be_shared(fit.plant)) {
   const std::vector<Segment>& windows = problem.response.windows();
-  std::vector<PlayStarts> plays(problem.data.size());
+  std::vector<Restarts> plays(problem.data.size());
   for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
     const Segment& window = windows[w];
     if (!window.opens || !machines_[window.recording].has_plays()) continue;

@@ -160,12 +160,22 @@ std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& eff
   return list;
 }
 
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data, PlayStarts plays, std::size_t samples) {
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const Restarts& plays, std::size_t samples) {
+  Restarts restarts;
+  if (machine.has_delays()) restarts = restarts_of(data);
+  for (const Restart& known : plays) {
+    const auto at = std::ranges::lower_bound(restarts, known.sample, {}, &Restart::sample);
+    if (at != restarts.end() && at->sample == known.sample) {
+      at->plays = known.plays;
+    } else {
+      restarts.insert(at, known);
+    }
+  }
   const std::size_t count = samples > 0 ? samples : data.samples();
   const auto rows = static_cast<Eigen::Index>(count);
   if (!data.linear_hold) {
     const std::vector<double> begins(data.time.begin(), data.time.begin() + rows);
-    return machine.drives(begins, data.input.topRows(rows), data.fine.get(), plays);
+    return machine.drives(begins, data.input.topRows(rows), data.fine.get(), restarts);
   }
   std::vector<double> time;
   Eigen::MatrixXd input((rows - 1) * kSettings.fit.linear_hold_pieces + 1, data.input.cols());
@@ -178,8 +188,8 @@ std::vector<Drive> drives_of(const Machine& machine, const Measured& data, PlayS
   }
   input.row(static_cast<Eigen::Index>(time.size())) = data.input.row(rows - 1);
   time.push_back(data.time[count - 1]);
-  for (PlayStart& play : plays) play.sample *= static_cast<std::size_t>(kSettings.fit.linear_hold_pieces);
-  return machine.drives(time, input, nullptr, plays);
+  for (Restart& restart : restarts) restart.sample *= static_cast<std::size_t>(kSettings.fit.linear_hold_pieces);
+  return machine.drives(time, input, nullptr, restarts);
 }
 
 std::vector<Drive> own_drives(const Machine& machine, const Measured& data, const Segment& window,

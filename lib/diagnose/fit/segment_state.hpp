@@ -61,8 +61,9 @@ SegmentState weights_of(const SegmentState& precision, const Eigen::MatrixXd& re
 std::vector<Machine> machines(const Plant& plant, const std::vector<Effect>& effects, const std::vector<Measured>& data,
                               const Remainder& remainder = {});
 
-/// The input of each joint as a machine feels it during one recording. `samples`: of its beginning alone; 0: all.
-std::vector<Drive> drives_of(const Machine& machine, const Measured& data, PlayStarts plays = {},
+/// The input of each joint as a machine feels it during one recording. `plays`: where it is known how they stand.
+/// `samples`: of its beginning alone; 0: all.
+std::vector<Drive> drives_of(const Machine& machine, const Measured& data, const Restarts& plays = {},
                              std::size_t samples = 0);
 
 /// Those of a window whose initial state says where plays stand; none: the recording's hold.

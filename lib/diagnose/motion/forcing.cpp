@@ -46,6 +46,7 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
   for (std::size_t r = 0; r < data_.size(); ++r) {
     const Measured& m = data_[r];
     const Trajectory& path = paths_[r];
+    restarts_.push_back(restarts_of(m));
     std::vector<Point>& list = points_.emplace_back();
     list.reserve(m.samples() * parts_);
     std::vector<Along>& along = along_.emplace_back(static_cast<std::size_t>(joints_));
@@ -231,7 +232,7 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
   const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint,
-                    m.fine.get());
+                    m.fine.get(), restarts_[recording]);
   const std::vector<double>& switches = drive.switches();
   const Along& along = along_[recording][static_cast<std::size_t>(joint)];
   const bool custom = std::holds_alternative<Custom>(plant_);

@@ -89,6 +89,7 @@ class Forcing {
   std::size_t parts_ = 1;                           // of a step
   std::vector<std::vector<Point>> points_;          // per recording, parts_ per step
   std::vector<std::vector<Along>> along_;           // per recording and joint
+  std::vector<Restarts> restarts_;                  // per recording
   std::vector<Eigen::MatrixXd> nominal_;            // per recording: mean acceleration from sample to sample
   std::vector<std::vector<Eigen::Index>> resting_;  // per recording: steps in which a joint rests
   double nominal_acceleration_ = 0.0;

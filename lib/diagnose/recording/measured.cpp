@@ -69,6 +69,12 @@ std::vector<Segment> stretches(const Measured& measured, std::size_t recording) 
   return list;
 }
 
+Restarts restarts_of(const Measured& measured) {
+  Restarts list;
+  for (const Segment& stretch : stretches(measured, 0)) list.push_back({stretch.first, {}});
+  return list;
+}
+
 std::string no_window(const std::vector<Measured>& data, double length) {
   if (!windows(data, length).empty()) return "";
   double longest = 0.0, shortest = kInfinity;

@@ -50,6 +50,9 @@ double shortest_sample_period(const std::vector<Measured>& data);
 /// Runs of samples without a gap longer than eight sample periods.
 std::vector<Segment> stretches(const Measured& measured, std::size_t recording);
 
+/// Where they begin.
+Restarts restarts_of(const Measured& measured);
+
 inline constexpr std::size_t kFewestInWindow = 8;  // samples
 
 /// Windows of `length` seconds laid back to back from the first sample of each stretch; a last one of less than half

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace bayesctrl {
 
@@ -44,22 +45,23 @@ Eigen::VectorXd FineInput::held(const Eigen::VectorXd& values, Eigen::Index samp
 InputSpread::InputSpread(const FineInput& fine, const Eigen::VectorXd& values, Eigen::Index samples)
     : samples_(static_cast<std::size_t>(samples) + 1) {
   const auto rows = static_cast<std::size_t>(values.size());
-  std::vector<std::vector<Value>> of(samples_.size());
-  for (std::size_t k = 0; k < rows; ++k) {
-    const auto at = static_cast<std::size_t>(fine.stays[k]);
-    const double u = values[static_cast<Eigen::Index>(k)];
-    of[at].push_back({u, fine.own[k]});
-    if (fine.late[k] != 0.0) of[at + 1].push_back({u, fine.late[k]});
-  }
+  std::size_t before = 0, begin = 0, end = 0;  // rows of the sample before, and of this one
   for (std::size_t i = 0; i + 1 < samples_.size(); ++i) {
     Held& held = samples_[i];
-    for (const Value& value : of[i]) {
-      held.mean += value.weight * value.u;
-      held.lowest = std::min(held.lowest, value.u);
-      held.highest = std::max(held.highest, value.u);
+    const auto add = [&](std::size_t row, double weight) {
+      const double u = values[static_cast<Eigen::Index>(row)];
+      values_.push_back({u, weight});
+      held.mean += weight * u;
+      held.lowest = std::min(held.lowest, u);
+      held.highest = std::max(held.highest, u);
+    };
+    while (end < rows && fine.stays[end] == static_cast<Eigen::Index>(i)) ++end;
+    for (std::size_t row = before; row < begin; ++row) {
+      if (fine.late[row] != 0.0) add(row, fine.late[row]);
     }
-    values_.insert(values_.end(), of[i].begin(), of[i].end());
+    for (std::size_t row = begin; row < end; ++row) add(row, fine.own[row]);
     samples_[i + 1].first = values_.size();
+    before = std::exchange(begin, end);
   }
 }
 
@@ -75,39 +77,53 @@ double InputSpread::unsteady(std::size_t sample, double from) const {
 }
 
 Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-             int joint, const FineInput* fine, const PlayStarts& plays)
+             int joint, const FineInput* fine, const Restarts& restarts)
     : Drive(effects, joint) {
-  auto start = plays.begin();
+  auto next = restarts.begin();
   const auto reach = [&](std::size_t sample) {
-    if (start == plays.end() || start->sample > sample) return;
-    if (joint < start->departure.size()) departure_ = start->departure[joint];
-    ++start;
+    for (; next != restarts.end() && next->sample <= sample; ++next) {
+      if (joint < next->plays.size()) departure_ = next->plays[joint];
+    }
   };
   reach(0);
-  if (delay_ > 0.0) hold(time.front(), mapped(0.0));
+  std::vector<std::size_t> held;  // by each segment
+  if (delay_ > 0.0) {
+    hold(time.front(), mapped(0.0));
+    held.push_back(time.size());
+  }
   const bool loads = std::ranges::any_of(effects, [&](const Effect& effect) {
     return effect.joint == joint && effect.form.roles().feels_load && effect.form.roles().dry_friction;
   });
+  std::vector<double> values(time.size());
   if (fine == nullptr || (effects_.empty() && !loads)) {
     for (std::size_t k = 0; k < time.size(); ++k) {
       reach(k);
-      hold(time[k] + delay_, mapped(input[k]));
+      values[k] = mapped(input[k]);
     }
-    return;
+  } else {
+    const auto samples = static_cast<Eigen::Index>(time.size());
+    const auto rows = std::ranges::lower_bound(fine->stays, samples) - fine->stays.begin();
+    Eigen::VectorXd all = fine->input.col(joint).head(rows);
+    for (Eigen::Index k = 0; k < rows; ++k) {
+      reach(static_cast<std::size_t>(fine->stays[static_cast<std::size_t>(k)]));
+      all[k] = mapped(all[k]);
+    }
+    if (loads && lag_ == 0.0) spread_ = InputSpread(*fine, all, samples);
+    const Eigen::VectorXd sums = fine->held(all, samples);
+    values.assign(sums.begin(), sums.end());
   }
-  const auto samples = static_cast<Eigen::Index>(time.size());
-  const auto rows = std::ranges::lower_bound(fine->stays, samples) - fine->stays.begin();
-  Eigen::VectorXd values = fine->input.col(joint).head(rows);
-  for (Eigen::Index k = 0; k < rows; ++k) {
-    reach(static_cast<std::size_t>(fine->stays[static_cast<std::size_t>(k)]));
-    values[k] = mapped(values[k]);
+  next = restarts.begin();
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    for (; next != restarts.end() && next->sample < k; ++next) {
+    }
+    if (k > 0 && next != restarts.end() && next->sample == k && time[k - 1] + delay_ < time[k] && delay_ > 0.0) {
+      hold(time[k], values[k]);
+      held.push_back(k);
+    }
+    hold(time[k] + delay_, values[k]);
+    held.push_back(k);
   }
-  if (loads && lag_ == 0.0) {
-    spread_ = InputSpread(*fine, values, samples);
-    before_ = time_.size();
-  }
-  values = fine->held(values, samples);
-  for (std::size_t k = 0; k < time.size(); ++k) hold(time[k] + delay_, values[static_cast<Eigen::Index>(k)]);
+  if (loads) held_sample_ = std::move(held);
 }
 
 double Drive::mapped(double u) {

@@ -52,12 +52,12 @@ class InputSpread {
   std::vector<Held> samples_;  // and one behind the last
 };
 
-/// Where plays stand from a sample on: so far from the middle of their gaps about its inputs, per joint.
-struct PlayStart {
+/// A sample before which nothing is known of the inputs, or not for a while; what is late is then as it is there.
+struct Restart {
   std::size_t sample = 0;
-  JointVector departure;
+  JointVector plays;  // how far they stand from the middle of their gaps about its inputs, per joint; empty: not known
 };
-using PlayStarts = std::vector<PlayStart>;  // in the order of the samples
+using Restarts = std::vector<Restart>;  // in the order of the samples
 
 /// The input of one joint as the machine feels it: constant between switches, behind a first-order lag if there is one.
 /// It depends on the given input alone, never on the motion.
@@ -70,7 +70,7 @@ class Drive {
   /// A whole recording, or its beginning: `input` [k] is held from `time` [k] on; `fine`: of what it is the sum, if
   /// samples were left out. Plays stand where they follow the input to, or where they are known to.
   Drive(const std::vector<double>& time, const std::vector<double>& input, const std::vector<Effect>& effects,
-        int joint, const FineInput* fine = nullptr, const PlayStarts& plays = {});
+        int joint, const FineInput* fine = nullptr, const Restarts& restarts = {});
 
   /// `input` is held from `time` on, which must increase.
   void append(double time, double input);
@@ -89,7 +89,7 @@ class Drive {
 
   /// In that segment: InputSpread. What a lag makes of an input is steady.
   double unsteady(std::size_t index, double from) const {
-    return index < before_ ? 0.0 : spread_.unsteady(index - before_, from);
+    return index < held_sample_.size() ? spread_.unsteady(held_sample_[index], from) : 0.0;
   }
 
  private:
@@ -103,10 +103,10 @@ class Drive {
   double delay_ = 0.0;
   double lag_ = 0.0;
   std::vector<double> time_;
-  std::vector<double> held_;    // input of the lag
-  std::vector<double> lagged_;  // output of the lag at the beginning of each segment
-  InputSpread spread_;          // where an effect of this joint asks for it; of what is held
-  std::size_t before_ = 0;      // segments before its first sample
+  std::vector<double> held_;              // input of the lag
+  std::vector<double> lagged_;            // output of the lag at the beginning of each segment
+  InputSpread spread_;                    // where an effect of this joint asks for it,
+  std::vector<std::size_t> held_sample_;  // and the sample that each segment holds
 };
 
 }  // namespace bayesctrl

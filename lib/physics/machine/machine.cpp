@@ -26,6 +26,7 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
     added_inertia_[effect.joint] += form.added_inertia();
     tilt_[effect.joint] += form.tilt();
     if (roles.play) reach_[effect.joint] = form.follow(0.0, kInfinity);
+    has_delay_ |= roles.delay;
     bears_load_ |= roles.feels_load;
     load_drives_hidden_ |= roles.feels_load && roles.hidden_state;
     hidden_settle_ &= !roles.hidden_state || roles.settles;
@@ -40,10 +41,10 @@ Machine::Machine(const Plant& plant, std::vector<Effect> effects, Remainder rema
 }
 
 std::vector<Drive> Machine::drives(const std::vector<double>& time, const Eigen::MatrixXd& input, const FineInput* fine,
-                                   const PlayStarts& plays) const {
+                                   const Restarts& restarts) const {
   std::vector<Drive> list;
   for (int j = 0; j < joints_; ++j) {
-    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine, plays);
+    list.emplace_back(time, std::vector<double>(input.col(j).begin(), input.col(j).end()), effects_, j, fine, restarts);
   }
   return list;
 }

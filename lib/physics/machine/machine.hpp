@@ -34,10 +34,10 @@ class Machine {
   const Remainder& remainder() const { return remainder_; }
   const RecordedTemperature& temperature() const { return temperature_; }  // none where no effect depends on it
 
-  /// Drives of all joints for one recording or its beginning; `input`: samples x joints. `plays`: where those of the
-  /// joints stand (Drive).
+  /// Drives of all joints for one recording or its beginning; `input`: samples x joints. `restarts`: where
+  /// nothing is known of what was before (Drive).
   std::vector<Drive> drives(const std::vector<double>& time, const Eigen::MatrixXd& input,
-                            const FineInput* fine = nullptr, const PlayStarts& plays = {}) const;
+                            const FineInput* fine = nullptr, const Restarts& restarts = {}) const;
 
   /// Measured positions (rows) at time[first .. last] of a free run that starts with the true state `start` = [q, v]
   /// and the `hidden` states at time[first]. With `states` also the true [q, v] of each sample.
@@ -60,6 +60,7 @@ class Machine {
 
   bool has_lags() const { return lag_.any(); }
   bool has_plays() const { return reach_.any(); }
+  bool has_delays() const { return has_delay_; }
   /// Of the plays to either side from the middle of their gaps, in units of the inputs.
   JointVector reach() const { return reach_.head(joints_).matrix(); }
 
@@ -144,11 +145,12 @@ class Machine {
   JointSlots tilt_;                     // per joint, rad
   JointSlots lag_;                      // per joint, s
   JointSlots reach_;                    // per joint, of a play
-  bool bears_load_ = false;             // an effect depends on the load of the joints,
-  bool load_drives_hidden_ = false;     // one with a hidden state
-  int hidden_count_ = 0;                // of all effects
-  bool hidden_settle_ = true;           // each can say how it settles: none needs the rates of all stages
-  std::vector<int> slots_;              // of each effect: where its hidden state begins
+  bool has_delay_ = false;
+  bool bears_load_ = false;          // an effect depends on the load of the joints,
+  bool load_drives_hidden_ = false;  // one with a hidden state
+  int hidden_count_ = 0;             // of all effects
+  bool hidden_settle_ = true;        // each can say how it settles: none needs the rates of all stages
+  std::vector<int> slots_;           // of each effect: where its hidden state begins
   bool has_added_inertia_ = false, has_tilt_ = false;
   std::vector<std::size_t> contacts_;  // effects that begin where a joint touches something
   std::vector<double> switch_times_;   // of timed effects, increasing
