@@ -292,16 +292,18 @@ std::vector<Eigen::MatrixXd> residuals(const FitProblem& problem, const Fit& fit
 
 std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere) {
   std::vector<Trajectory> result = elsewhere;
+  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data);
   const Runs runs(problem, fit);
   const std::vector<Segment>& windows = problem.response.windows();
   const Eigen::Index n = joints(fit.plant);
   for (std::size_t w = 0; w < windows.size(); ++w) {
     Eigen::MatrixXd states;
-    runs(w, fit.initial_states[w], &states);
+    const Eigen::MatrixXd shown = runs(w, fit.initial_states[w], &states);
     Trajectory& path = result[windows[w].recording];
     const auto first = static_cast<Eigen::Index>(windows[w].first);
-    path.position.middleRows(first, states.rows()) = states.leftCols(n);
-    path.velocity.middleRows(first, states.rows()) = states.rightCols(n);
+    path.position.middleRows(first, states.rows()) = shown;
+    path.velocity.middleRows(first, states.rows()) =
+        states.rightCols(n) * list[windows[w].recording].measured_scale().asDiagonal();
     path.velocity_sd.middleRows(first, states.rows()).setConstant(1e-6);
   }
   return result;

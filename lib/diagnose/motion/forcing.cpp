@@ -93,6 +93,11 @@ Forcing::Forcing(const Plant& plant, const std::vector<Measured>& data, const st
         if (custom) {
           const Motion idle = motion(plant_, p.q, p.v, JointVector::Zero(joints_), p.time);
           motor = inverse_dynamics<Eigen::Dynamic>(p.mobility, now.acceleration - idle.acceleration);
+          if (m.fine && joints_ == 1) {
+            const Motion more = motion(plant_, p.q, p.v, p.u + JointVector::Ones(1), p.time);
+            along[0].gain.push_back(
+                inverse_dynamics<Eigen::Dynamic>(p.mobility, more.acceleration - now.acceleration)[0]);
+          }
         }
         for (int j = 0; j < joints_; ++j) {
           Along& joint = along[static_cast<std::size_t>(j)];
@@ -123,8 +128,10 @@ JointState Forcing::loaded(std::size_t recording, int joint, std::size_t point,
   const Along& along = along_[recording][static_cast<std::size_t>(joint)];
   JointState state = along.states[point];
   state.external_torque += spring_torque(beside, joint, state.position);
-  const double u = points_[recording][point].u[joint], gain = u == 0.0 ? 0.0 : state.motor_torque / u;
-  if (gain != 0.0) {
+  const bool lags = std::ranges::any_of(
+      beside, [&](const Effect& effect) { return effect.joint == joint && effect.form.roles().lag; });
+  const double gain = along.gain.empty() ? 1.0 : along.gain[point];
+  if (!lags && gain != 0.0) {
     state.unsteady = std::abs(gain) * along.spread.unsteady(point / parts_, state.external_torque / gain);
   }
   return state;
@@ -231,8 +238,9 @@ Eigen::MatrixXd Forcing::driven(const std::vector<Effect>& effects, int joint, s
   const Measured& m = data_[recording];
   const std::vector<Point>& points = points_[recording];
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(m.position.rows(), joints_);
-  const Drive drive(m.time, std::vector<double>(m.input.col(joint).begin(), m.input.col(joint).end()), effects, joint,
-                    m.fine.get(), restarts_[recording]);
+  std::vector<double> input(m.input.col(joint).begin(), m.input.col(joint).end());
+  for (std::size_t k = 0; m.linear_hold && k + 1 < m.samples(); ++k) input[k] = input_at(m, k, 0.5)[joint];
+  const Drive drive(m.time, input, effects, joint, m.fine.get(), restarts_[recording]);
   const std::vector<double>& switches = drive.switches();
   const Along& along = along_[recording][static_cast<std::size_t>(joint)];
   const bool custom = std::holds_alternative<Custom>(plant_);

@@ -77,7 +77,8 @@ class Forcing {
     std::vector<JointState> states;
     std::vector<double> direction;  // -1 to 1, less sure the slower it is; 0 where it rests
     Eigen::MatrixXd mobility;       // joints x points
-    InputSpread spread;             // of its input, by samples
+    InputSpread spread;             // of its input, by samples,
+    std::vector<double> gain;       // and what one more of it does, as torque; empty: as much
   };
   JointState loaded(std::size_t recording, int joint, std::size_t point, const std::vector<Effect>& beside) const;
   Eigen::MatrixXd driven(const std::vector<Effect>& effects, int joint, std::size_t recording) const;

@@ -7,7 +7,7 @@ namespace bayesctrl {
 
 /// What a machine did between its samples, as far as positions tell: rows are samples, columns joints.
 struct Trajectory {
-  Eigen::MatrixXd position, velocity;  // mean
+  Eigen::MatrixXd position, velocity;  // mean, of what the sensors show
   Eigen::MatrixXd missing_torque;      // torque that the nominal lacks
   Eigen::MatrixXd velocity_sd, torque_sd;
 };

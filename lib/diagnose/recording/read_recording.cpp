@@ -55,8 +55,11 @@ Wanted wanted_of(const RecordingFile& file, const Signals& signals) {
   return wanted;
 }
 
-/// Rows without those before the first gap and behind the last where they are too few for any run. Throws DataError for
-/// a gap that only a clock that was set can have left: beside so much, times between samples are rounded off.
+constexpr double kSetClock = 1e3;  // times as long as what was recorded: no pause, whatever the unit of the time is
+
+/// Rows without those at the beginning and at the end that stand alone: too few for any run without a gap. Throws
+/// DataError for a gap that only a clock that was set can have left: beside so much, times between samples are rounded
+/// off.
 std::vector<std::size_t> without_strays(std::vector<std::size_t> kept, const std::vector<double>& time,
                                         const DataTable& table, const std::string& file) {
   Measured at;
@@ -66,9 +69,12 @@ std::vector<std::size_t> without_strays(std::vector<std::size_t> kept, const std
   const auto first = std::ranges::find_if(all, used);
   if (first == all.end()) return kept;
   const Segment last = *std::find_if(all.rbegin(), all.rend(), used);
+  double recorded = 0.0;
+  for (const Segment& stretch : all) recorded += time[kept[stretch.last]] - time[kept[stretch.first]];
   for (auto next = first; next->last < last.last;) {
     const std::size_t before = kept[next->last], row = kept[(++next)->first];
-    if (time[row] - time[before] < kSettings.recording.longest_pause) continue;
+    const double pause = time[row] - time[before];
+    if (pause < kSettings.recording.longest_pause || pause < kSetClock * recorded) continue;
     throw DataError({file, table.lines.empty() ? 0 : table.lines[row]},
                     "time jumps from " + format(time[before], 9) + " to " + format(time[row], 12) +
                         " s: the clock was set; choose what lies before or behind with from and to");

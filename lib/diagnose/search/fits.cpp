@@ -150,7 +150,7 @@ bool Fits::extend(const Fit& known, std::vector<Effect> effects) {
   }
   const Fit* found = find(key(effects));
   if (found == nullptr || found->sse <= known.sse) return false;
-  improve(effects, known.initial_states);
+  improve(effects, starts_for(effects, known, problem()));
   return true;
 }
 
@@ -293,15 +293,14 @@ void Fits::refine() {
         if (list[k].sse >= list[i].sse) continue;
         const std::optional<Gap> open = is_lost(list[i]) ? gap(list[k], list[i].effects) : std::nullopt;
         if (open && is_lost(*open)) continue;
-        std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
-        if (starts.empty() && !is_along_motion()) {
-          std::vector<Effect> start = exchanged(list[k], list[i].effects);
-          if (!start.empty()) starts.push_back(std::move(start));
-        }
-        if (starts.empty()) continue;
         double& known = asked.emplace(std::pair{key(list[i].effects), key(list[k].effects)}, kInfinity).first->second;
         if (list[k].sse > known - kSettings.search.convergence) continue;
         known = list[k].sse;
+        std::vector<std::vector<Effect>> starts = starts_from(list[i].effects, list[k].effects);
+        if (starts.empty() && !is_along_motion() && !is_lost(list[i])) {
+          std::vector<Effect> start = exchanged(list[k], list[i].effects);
+          if (!start.empty()) starts.push_back(std::move(start));
+        }
         for (const std::vector<Effect>& start : starts) again |= improve(start, starts_for(start, list[k], problem()));
       }
     }

@@ -85,7 +85,6 @@ Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, 
       if (joint < next->plays.size()) departure_ = next->plays[joint];
     }
   };
-  reach(0);
   std::vector<std::size_t> held;  // by each segment
   if (delay_ > 0.0) {
     hold(time.front(), mapped(0.0));
@@ -123,7 +122,7 @@ Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, 
     hold(time[k] + delay_, values[k]);
     held.push_back(k);
   }
-  if (loads) held_sample_ = std::move(held);
+  if (loads && fine != nullptr && lag_ == 0.0) held_sample_ = std::move(held);
 }
 
 double Drive::mapped(double u) {

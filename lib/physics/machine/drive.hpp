@@ -52,7 +52,8 @@ class InputSpread {
   std::vector<Held> samples_;  // and one behind the last
 };
 
-/// A sample before which nothing is known of the inputs, or not for a while; what is late is then as it is there.
+/// A sample before which nothing is known of the inputs, or not for a while. What a delay hides is then as it is there;
+/// before the first sample of all it is 0.
 struct Restart {
   std::size_t sample = 0;
   JointVector plays;  // how far they stand from the middle of their gaps about its inputs, per joint; empty: not known
@@ -87,7 +88,10 @@ class Drive {
   /// Over [t, t + h], within the same segment: the line of the same mean and first moment.
   Line over(std::size_t index, double t, double h) const;
 
-  /// In that segment: InputSpread. What a lag makes of an input is steady.
+  /// Whether a load feels more of the input than is held.
+  bool has_spread() const { return !held_sample_.empty(); }
+
+  /// In a segment: InputSpread. What a lag makes of an input is steady.
   double unsteady(std::size_t index, double from) const {
     return index < held_sample_.size() ? spread_.unsteady(held_sample_[index], from) : 0.0;
   }

@@ -36,12 +36,16 @@ Machine::Load<kJoints> Machine::load_at(const Moment& moment, const StateOf<kJoi
                                         const Joints<kJoints>& input, double t, const MotionOf<kJoints>& driven) const {
   Load<kJoints> result = load<kJoints>(state, input, t, driven);
   const bool custom = std::holds_alternative<Custom>(plant_);
-  if (custom && (kJoints > 1 || input[0] == 0.0)) return result;
-  for (int j = 0; j < kJoints; ++j) {
-    const double gain = custom ? result.motor[j] / input[j] : 1.0;
-    if (gain == 0.0) continue;
+  for (int j = 0; j < kJoints && (!custom || kJoints == 1); ++j) {
     const auto slot = static_cast<std::size_t>(j);
     const Drive& drive = (*moment.drives)[slot];
+    if (!drive.has_spread()) continue;
+    double gain = 1.0;
+    if (custom) {
+      const MotionOf<kJoints> more = motion_of<kJoints>(plant_, state.q, state.v, input + Joints<kJoints>::Ones(), t);
+      gain = inverse_dynamics<kJoints>(driven.mobility, more.acceleration - driven.acceleration)[0];
+      if (gain == 0.0) continue;
+    }
     result.unsteady[j] = std::abs(gain) * drive.unsteady(moment.segment[slot], result.external[j] / gain);
   }
   return result;

@@ -53,6 +53,22 @@ TEST_CASE("The SSE that noise alone gives is that of so many squares of white no
   }
 }
 
+TEST_CASE("Simulated paths are what the sensors show, and segments begin there again", "[diagnose][fit]") {
+  const std::vector<Effect> laws{{SensorScale{1.2}, 0, -1}, {SensorOffset{0.3}, 0, -1}};
+  const Machine machine(kPendulum, laws);
+  const testing::Recorded made = recorded(machine, {.seconds = 8.0});
+  const Linearised about(kPendulum, {made}, kSensor);
+  Fit fit = about.at_truth(laws);
+  simulate(about.problem, fit, 1);
+  const std::vector<Trajectory> paths = simulated(about.problem, fit, about.paths);
+  CHECK(largest_difference(paths[0].position, made.data.position) < 1e-4);
+  CHECK(largest_difference(paths[0].velocity, 1.2 * made.truth.velocity) < 1e-3);
+  for (std::size_t w = 0; w < fit.initial_states.size(); ++w) {
+    const SegmentState again = initial_guess(about.response.windows()[w], paths[0], machine);
+    CHECK(largest_difference(again, fit.initial_states[w]) < 1e-9);
+  }
+}
+
 TEST_CASE("Without noise the truth leaves nothing where a gap hides how a play moves", "[diagnose][fit]") {
   const Effect law{Backlash{1.2}, 0, -1};
   const Machine machine(kPendulum, {law});

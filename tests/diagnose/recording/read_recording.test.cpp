@@ -233,6 +233,9 @@ TEST_CASE("A clock that was set amid a recording is refused at its line", "[diag
   CHECK(read_error(text) ==
         "run.csv:12: time jumps from 0.9 to 1700000000 s: the clock was set; choose what lies before or behind with "
         "from and to");
+  std::string fast = "t,q,u\n";  // nanoseconds, unit not told: no pause is as long as the recording
+  for (int k = 0; k < 40; ++k) fast += format(1e7 * k + (k < 20 ? 0.0 : 2e8), 12) + ",1,1\n";
+  CHECK(read_text(fast).samples() == 40);
   CHECK(read_text(text, example_signals(), between_times(1.0)).samples() == 10);
   CHECK(read_text(text, example_signals(), between_times(0.0, 1.0)).samples() == 10);
 }
