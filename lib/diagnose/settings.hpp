@@ -12,6 +12,7 @@ namespace bayesctrl {
 struct RecordingSettings {
   double gap_periods = 8.0;
   double longest_pause = 3e7;
+  double longest_share = 1e3;
   int fewest_samples = 8;
   double least_duration = 1.0;
   double least_samples = 60.0;
@@ -29,6 +30,9 @@ struct RecordingSettings {
           {kPositive, "sample periods", "a longer pause between samples is a gap: no run goes across"});
     field("longest_pause", self.longest_pause,
           {kPositive, "s", "between samples, a year: a longer one is a clock that was set"});
+    field(
+        "longest_share", self.longest_share,
+        {kPositive, "times", "what was recorded, if it is as long as that, too: the unit of the time may be another"});
     field("fewest_samples", self.fewest_samples,
           {kPositive, "samples", "in a file: sixth differences, which measure the noise, need seven"});
     field("least_duration", self.least_duration,

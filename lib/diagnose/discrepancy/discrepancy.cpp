@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/motion/operating_range.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/dense.hpp"
 

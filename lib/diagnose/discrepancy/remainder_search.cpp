@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/fit/free_runs.hpp"
+#include "diagnose/motion/operating_range.hpp"
 #include "diagnose/settings.hpp"
 
 namespace bayesctrl {

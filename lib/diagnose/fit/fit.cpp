@@ -292,7 +292,6 @@ std::vector<Eigen::MatrixXd> residuals(const FitProblem& problem, const Fit& fit
 
 std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, const std::vector<Trajectory>& elsewhere) {
   std::vector<Trajectory> result = elsewhere;
-  const std::vector<Machine> list = machines(fit.plant, fit.effects, problem.data);
   const Runs runs(problem, fit);
   const std::vector<Segment>& windows = problem.response.windows();
   const Eigen::Index n = joints(fit.plant);
@@ -303,7 +302,7 @@ std::vector<Trajectory> simulated(const FitProblem& problem, const Fit& fit, con
     const auto first = static_cast<Eigen::Index>(windows[w].first);
     path.position.middleRows(first, states.rows()) = shown;
     path.velocity.middleRows(first, states.rows()) =
-        states.rightCols(n) * list[windows[w].recording].measured_scale().asDiagonal();
+        states.rightCols(n) * runs.machine(w).measured_scale().asDiagonal();
     path.velocity_sd.middleRows(first, states.rows()).setConstant(1e-6);
   }
   return result;

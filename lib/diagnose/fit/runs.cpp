@@ -47,9 +47,7 @@ SegmentState Runs::precision(std::size_t w, const SegmentState& start) const {
   return precision_of(start, problem_.data[problem_.response.windows()[w].recording]);
 }
 
-SegmentState Runs::reach(std::size_t w, const SegmentState& start) const {
-  return reach_of(start, machines_[problem_.response.windows()[w].recording]);
-}
+SegmentState Runs::reach(std::size_t w, const SegmentState& start) const { return reach_of(start, machine(w)); }
 
 Eigen::MatrixXd Runs::residual(std::size_t w, const SegmentState& start) const {
   const Segment& window = problem_.response.windows()[w];

@@ -26,6 +26,9 @@ class Runs {
   /// Measured less simulated.
   Eigen::MatrixXd residual(std::size_t w, const SegmentState& start) const;
 
+  /// Of the recording of a window.
+  const Machine& machine(std::size_t w) const { return machines_[problem_.response.windows()[w].recording]; }
+
   /// Whether several threads may simulate at a time; else each needs a copy.
   bool may_be_shared() const { return shared_; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/motion/operating_range.hpp"
 #include "physics/parameters.hpp"
 
 namespace bayesctrl {

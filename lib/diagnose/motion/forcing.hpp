@@ -97,7 +97,4 @@ class Forcing {
   bool rests_ = false;
 };
 
-/// The region that the motion visits in one joint.
-OperatingRange operating_range(const std::vector<Measured>& data, const std::vector<Trajectory>& paths, int joint);
-
 }  // namespace bayesctrl

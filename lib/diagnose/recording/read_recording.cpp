@@ -55,8 +55,6 @@ Wanted wanted_of(const RecordingFile& file, const Signals& signals) {
   return wanted;
 }
 
-constexpr double kSetClock = 1e3;  // times as long as what was recorded: no pause, whatever the unit of the time is
-
 /// Rows without those at the beginning and at the end that stand alone: too few for any run without a gap. Throws
 /// DataError for a gap that only a clock that was set can have left: beside so much, times between samples are rounded
 /// off.
@@ -74,7 +72,7 @@ std::vector<std::size_t> without_strays(std::vector<std::size_t> kept, const std
   for (auto next = first; next->last < last.last;) {
     const std::size_t before = kept[next->last], row = kept[(++next)->first];
     const double pause = time[row] - time[before];
-    if (pause < kSettings.recording.longest_pause || pause < kSetClock * recorded) continue;
+    if (pause < kSettings.recording.longest_pause || pause < kSettings.recording.longest_share * recorded) continue;
     throw DataError({file, table.lines.empty() ? 0 : table.lines[row]},
                     "time jumps from " + format(time[before], 9) + " to " + format(time[row], 12) +
                         " s: the clock was set; choose what lies before or behind with from and to");

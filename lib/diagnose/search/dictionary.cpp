@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnose/motion/operating_range.hpp"
 #include "diagnose/motion/spectrum.hpp"
 #include "diagnose/settings.hpp"
 #include "numerics/parallel.hpp"

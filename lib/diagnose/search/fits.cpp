@@ -214,7 +214,8 @@ std::optional<Gap> Fits::gap(const Fit& of, const std::vector<Effect>& effects) 
 /// A set with the numbers of a fit that has another effect in the place of one of its own, as far as the linear
 /// response says what the others take over; none where they differ by more.
 std::vector<Effect> Fits::exchanged(const Fit& of, const std::vector<Effect>& wanted) {
-  for (std::size_t e = 0; e < of.effects.size() && of.effects.size() == wanted.size(); ++e) {
+  if (of.effects.size() != wanted.size()) return {};
+  for (std::size_t e = 0; e < of.effects.size(); ++e) {
     const std::string rest = key(without(of.effects, e));
     for (std::size_t w = 0; w < wanted.size(); ++w) {
       if (key(without(wanted, w)) == rest) return Gap(problem(), of, jacobian(of), {e}).filled({wanted[w]});

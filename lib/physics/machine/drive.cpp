@@ -90,11 +90,12 @@ Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, 
     hold(time.front(), mapped(0.0));
     held.push_back(time.size());
   }
-  const bool loads = std::ranges::any_of(effects, [&](const Effect& effect) {
+  const bool rubs_by_load = std::ranges::any_of(effects, [&](const Effect& effect) {
     return effect.joint == joint && effect.form.roles().feels_load && effect.form.roles().dry_friction;
   });
+  const bool spreads = fine != nullptr && rubs_by_load && lag_ == 0.0;
   std::vector<double> values(time.size());
-  if (fine == nullptr || (effects_.empty() && !loads)) {
+  if (fine == nullptr || (effects_.empty() && !spreads)) {
     for (std::size_t k = 0; k < time.size(); ++k) {
       reach(k);
       values[k] = mapped(input[k]);
@@ -107,22 +108,20 @@ Drive::Drive(const std::vector<double>& time, const std::vector<double>& input, 
       reach(static_cast<std::size_t>(fine->stays[static_cast<std::size_t>(k)]));
       all[k] = mapped(all[k]);
     }
-    if (loads && lag_ == 0.0) spread_ = InputSpread(*fine, all, samples);
+    if (spreads) spread_ = InputSpread(*fine, all, samples);
     const Eigen::VectorXd sums = fine->held(all, samples);
     values.assign(sums.begin(), sums.end());
   }
-  next = restarts.begin();
   for (std::size_t k = 0; k < time.size(); ++k) {
-    for (; next != restarts.end() && next->sample < k; ++next) {
-    }
-    if (k > 0 && next != restarts.end() && next->sample == k && time[k - 1] + delay_ < time[k] && delay_ > 0.0) {
+    const bool pauses = k > 0 && delay_ > 0.0 && time[k - 1] + delay_ < time[k];
+    if (pauses && std::ranges::binary_search(restarts, k, {}, &Restart::sample)) {
       hold(time[k], values[k]);
       held.push_back(k);
     }
     hold(time[k] + delay_, values[k]);
     held.push_back(k);
   }
-  if (loads && fine != nullptr && lag_ == 0.0) held_sample_ = std::move(held);
+  if (spreads) held_sample_ = std::move(held);
 }
 
 double Drive::mapped(double u) {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "diagnose/fit/free_runs.hpp"
+#include "diagnose/motion/operating_range.hpp"
 #include "support/dense.hpp"
 #include "support/linearised_pendulum.hpp"
 

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "diagnose/motion/operating_range.hpp"
 #include "diagnose/search/explain.hpp"
 #include "physics/catalogue.hpp"
 #include "support/recorded_pendulum.hpp"

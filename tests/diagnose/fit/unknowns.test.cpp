@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "base/random.hpp"
+#include "diagnose/motion/operating_range.hpp"
 #include "physics/catalogue.hpp"
 #include "physics/parameters.hpp"
 #include "support/linearised.hpp"

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "diagnose/motion/operating_range.hpp"
 #include "physics/catalogue.hpp"
 #include "physics/effect_law.hpp"
 #include "physics/parameters.hpp"

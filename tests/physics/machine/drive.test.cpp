@@ -1,4 +1,4 @@
-// What thinned inputs hold beside their mean.
+// What a machine feels of an input: what thinned ones hold beside their mean, plays and delays where it begins anew.
 
 #include "physics/machine/drive.hpp"
 

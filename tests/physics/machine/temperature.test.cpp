@@ -6,6 +6,7 @@
 
 #include "diagnose/motion/decimate.hpp"
 #include "diagnose/motion/forcing.hpp"
+#include "diagnose/motion/operating_range.hpp"
 #include "physics/machine/machine.hpp"
 
 using namespace bayesctrl;
